@@ -1,0 +1,220 @@
+"""`FrameData`: a recording's streams brought to one uniform frame grid, as fixed-shape arrays.
+
+Missing data are NaN (inertial, root) or weight zero (ranges), never a different shape.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import jax
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.interpolate import CubicSpline
+
+from mocap_jax.body import Body
+from mocap_jax.errors import InputError, unknown_name
+from mocap_jax.recording import InertialStream, RangeStream, Recording, RootStream
+
+ArrayLike = jax.Array | np.ndarray
+
+# Samples closer to a grid time than this are taken as they are [s].
+_SAME_TIME = 1e-5
+# A gap is a spacing of more than this many nominal intervals.
+_GAP = 1.6
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class FrameData:
+    """Measurements on a uniform grid of t frames, s sensors, at most k ranges a frame."""
+
+    time: Float[ArrayLike, "t"]
+    step: Float[ArrayLike, ""]
+    """Grid step h [s]."""
+    accelerometer: Float[ArrayLike, "t s 3"]
+    gyroscope: Float[ArrayLike, "t s 3"]
+    orientation: Float[ArrayLike, "t s 4"]
+    range_distance: Float[ArrayLike, "t k"]
+    range_weight: Float[ArrayLike, "t k"]
+    """Confidence w_s w_t; 0 where there is no range."""
+    range_source: Int[ArrayLike, "t k"]
+    """Site index of the source."""
+    range_receiver: Int[ArrayLike, "t k"]
+    """Site index of the receiver."""
+    range_lead: Float[ArrayLike, "t k"]
+    """Emission at time[frame] - lead * step, lead in [0, 1)."""
+    root_position: Float[ArrayLike, "t 3"]
+    root_orientation: Float[ArrayLike, "t 4"]
+    sensors: tuple[str, ...] = dataclasses.field(metadata={"static": True})
+    """Names of the sensors, in the order of the arrays."""
+    sites: tuple[int, ...] = dataclasses.field(metadata={"static": True})
+    """Site index in the body of each sensor."""
+    kinds: str = dataclasses.field(default="AGDO", metadata={"static": True})
+    """Measurement kinds kept: A accelerometer, G gyroscope, D distance, O orientation."""
+
+
+def gather(
+    recording: Recording,
+    body: Body,
+    *,
+    kinds: str = "AGDO",
+    root: bool = True,
+    rate_hz: float | None = None,
+) -> FrameData:
+    """Bring a recording to a uniform frame grid.
+
+    Args:
+        recording: the measured streams.
+        body: its sites carry the sensors, sources and anchors.
+        kinds: which measurements to keep, letters of "AGDO".
+        root: keep the externally measured root pose.
+        rate_hz: grid rate; default the highest inertial rate (or 120 Hz without inertial data).
+
+    Raises:
+        InputError: unknown kind, no usable stream, or a sensor without a site in the body.
+    """
+    unknown = set(kinds) - set("AGDO")
+    if unknown or not kinds:
+        raise InputError(f"sensors '{kinds}': valid are letters of A, G, D, O (for example A,G,D)")
+    if not recording.inertial and recording.ranges is None:
+        raise InputError("the recording has neither inertial nor range data")
+    site_of = {s.name: s.site for s in recording.setup.sensors}
+    names = tuple(recording.inertial)
+    sites = tuple(_site(body, name, site_of) for name in names)
+    time = _grid(recording, rate_hz)
+    step = float(time[1] - time[0])
+    streams = [_resample_inertial(recording.inertial[n], time) for n in names]
+    stack = lambda i, width: (  # noqa: E731
+        np.stack([s[i] for s in streams], axis=1) if streams else np.zeros((len(time), 0, width))
+    )
+    accelerometer, gyroscope, orientation = stack(0, 3), stack(1, 3), stack(2, 4)
+    ranges = recording.ranges if "D" in kinds else None
+    root_position, root_orientation = _root(recording.root if root else None, time)
+    return FrameData(
+        time,
+        np.asarray(step),
+        accelerometer if "A" in kinds else np.full_like(accelerometer, np.nan),
+        gyroscope if "G" in kinds else np.full_like(gyroscope, np.nan),
+        orientation if "O" in kinds else np.full_like(orientation, np.nan),
+        *_ranges(ranges, body, site_of, time, step, recording.setup.pulse_interval),
+        root_position,
+        root_orientation,
+        names,
+        sites,
+        kinds,
+    )
+
+
+def _site(body: Body, name: str, site_of: dict[str, str]) -> int:
+    site = site_of.get(name, name)
+    if site not in body.topology.site_names:
+        raise unknown_name(f"site for sensor '{name}':", site, body.topology.site_names)
+    return body.topology.site_names.index(site)
+
+
+def _grid(recording: Recording, rate_hz: float | None) -> np.ndarray:
+    streams = [np.asarray(s.time) for s in recording.inertial.values() if len(s.time) > 1]
+    if rate_hz is None:
+        steps = [float(np.median(np.diff(t))) for t in streams]
+        rate_hz = 1.0 / min(steps) if steps else 120.0
+    if streams:
+        first = min(streams, key=lambda t: t[0])
+        start, end = float(first[0]), max(float(t[-1]) for t in streams)
+    else:
+        start, end = recording.interval
+    count = int(np.floor((end - start) * rate_hz + 1e-3)) + 1
+    if count < 4:
+        raise InputError(
+            f"the recording spans {end - start:.3f} s, fewer than 4 frames at {rate_hz:g} Hz"
+        )
+    return start + np.arange(count) / rate_hz
+
+
+def _resample(stream_time: np.ndarray, values: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Cubic interpolation inside gap-free stretches; NaN elsewhere; exact where stamps agree."""
+    out = np.full((len(time), values.shape[1]), np.nan)
+    good = np.isfinite(values).all(axis=1)
+    t, x = stream_time[good], values[good]
+    if len(t) < 2:
+        return out
+    nominal = float(np.median(np.diff(t)))
+    for stretch in np.split(np.arange(len(t)), np.flatnonzero(np.diff(t) > _GAP * nominal) + 1):
+        ts, xs = t[stretch], x[stretch]
+        tolerance = max(_SAME_TIME, 1e-3 * nominal)
+        inside = np.flatnonzero((time >= ts[0] - tolerance) & (time <= ts[-1] + tolerance))
+        if len(ts) >= 4:
+            out[inside] = CubicSpline(ts, xs)(np.clip(time[inside], ts[0], ts[-1]))
+        else:
+            inside = inside[np.abs(time[inside, None] - ts).min(axis=1) < tolerance]
+        nearest = np.abs(time[inside, None] - ts[None, :]).argmin(axis=1) if len(ts) < 4 else (
+            np.clip(np.searchsorted(ts, time[inside] - nominal / 2), 0, len(ts) - 1)
+        )
+        same = np.abs(ts[nearest] - time[inside]) < tolerance
+        out[inside[same]] = xs[nearest[same]]
+    return out
+
+
+def _resample_inertial(
+    stream: InertialStream, time: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    t = np.asarray(stream.time)
+    quat = np.array(stream.orientation)
+    if np.isfinite(quat).any():
+        # Continuous sign, so that components may be interpolated; renormalised afterwards.
+        flips = np.sign(np.nan_to_num((quat[1:] * quat[:-1]).sum(axis=1), nan=1.0))
+        quat[1:] *= np.cumprod(np.where(flips < 0, -1.0, 1.0))[:, None]
+    quat = _resample(t, quat, time)
+    return (
+        _resample(t, np.asarray(stream.accelerometer), time),
+        _resample(t, np.asarray(stream.gyroscope), time),
+        quat / np.linalg.norm(quat, axis=1, keepdims=True),
+    )
+
+
+def _root(stream: RootStream | None, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    if stream is None:
+        return np.full((len(time), 3), np.nan), np.full((len(time), 4), np.nan)
+    as_inertial = InertialStream(
+        stream.time, stream.position, np.zeros_like(stream.position), stream.orientation
+    )
+    position, _, orientation = _resample_inertial(as_inertial, time)
+    return position, orientation
+
+
+def _ranges(
+    stream: RangeStream | None,
+    body: Body,
+    site_of: dict[str, str],
+    time: np.ndarray,
+    step: float,
+    pulse_interval: float,
+) -> tuple[np.ndarray, ...]:
+    """Distances, weights, source and receiver sites, leads: each of shape (t, k)."""
+    receivers = len(stream.receiver_names) if stream is not None else 0
+    width = int(np.ceil(step / pulse_interval - 1e-9)) * receivers
+    shape = (len(time), width)
+    distance, weight, lead = np.ones(shape), np.zeros(shape), np.zeros(shape)
+    source, receiver = np.zeros(shape, int), np.zeros(shape, int)
+    if stream is None or not len(stream.time):
+        return distance, weight, source, receiver, lead
+    source_site = np.array([_site(body, n, site_of) for n in stream.source_names])
+    receiver_site = np.array([_site(body, n, site_of) for n in stream.receiver_names])
+    position = (np.asarray(stream.time) - time[0]) / step
+    frame = np.ceil(position - 1e-9).astype(int)
+    usable = (frame >= 1) & (frame < len(time)) & (np.asarray(stream.confidence) > 0)
+    usable &= np.isfinite(np.asarray(stream.distance))
+    chosen = np.flatnonzero(usable)
+    chosen = chosen[np.argsort(frame[chosen], kind="stable")]
+    rows = frame[chosen]
+    columns = np.arange(len(rows)) - np.searchsorted(rows, rows)
+    fits = columns < width
+    chosen, rows, columns = chosen[fits], rows[fits], columns[fits]
+    at = (rows, columns)
+    distance[at] = np.asarray(stream.distance)[chosen]
+    weight[at] = np.asarray(stream.confidence)[chosen]
+    source[at] = source_site[np.asarray(stream.source)[chosen]]
+    receiver[at] = receiver_site[np.asarray(stream.receiver)[chosen]]
+    lead[at] = rows - position[chosen]
+    return distance, weight, source, receiver, lead

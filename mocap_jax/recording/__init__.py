@@ -1,0 +1,16 @@
+"""Recordings: measured streams, the declared set-up, and the truth of simulated ones."""
+
+from mocap_jax.recording.recording import Recording, Truth
+from mocap_jax.recording.setup import NoiseFigures, RestHold, SensorSpec, Setup
+from mocap_jax.recording.streams import (
+    InertialStream,
+    MagneticStream,
+    RangeStream,
+    RootStream,
+    TemperatureStream,
+)
+
+__all__ = [
+    "InertialStream", "MagneticStream", "NoiseFigures", "RangeStream", "Recording", "RestHold",
+    "RootStream", "SensorSpec", "Setup", "TemperatureStream", "Truth",
+]  # fmt: skip

@@ -1,0 +1,65 @@
+"""`Solution` and `Status`: what an estimator returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+from jax import Array
+from jaxtyping import Float
+
+from mocap_jax.body import Body
+from mocap_jax.recording.setup import Setup
+from mocap_jax.trajectory.trajectory import Trajectory
+
+
+class Status(Enum):
+    """How a solve ended; the value is a sentence for the user."""
+
+    CONVERGED = "Converged: the cost no longer decreases."
+    FILTERED = "The filter processed every frame."
+    SMOOTHED = "The filter and the backward smoother processed every frame."
+    MAX_ITERATIONS = "Stopped at the largest number of iterations before convergence."
+    STALLED = "Stopped: no step decreased the cost, although the gradient is not zero."
+    DIVERGED = "Failed: the estimate became non-finite."
+    SINGULAR = "Failed: the normal equations are singular, the data do not determine every pose."
+    UNDETERMINED = "Converged, but the data do not determine every quantity; see `remarks`."
+
+    @property
+    def ok(self) -> bool:
+        """Whether the estimate can be used."""
+        return self not in (Status.DIVERGED, Status.SINGULAR)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """An estimated motion with its uncertainty and how it was found."""
+
+    trajectory: Trajectory
+    body: Body
+    status: Status
+    method: str
+    """"ekf", "ekf_smoothed", "optimise", "orientation"."""
+    setup: Setup
+    remarks: tuple[str, ...] = ()
+    """Sentences for the user: what was salvaged, what the data cannot determine, ..."""
+    covariance: Float[Array, "t nv nv"] | None = None
+    """Marginal covariance of each pose, in the tangent space at it."""
+    observed: tuple[str, ...] = ()
+    """Bodies (child segments) whose joint the used sensors observe."""
+    cost: tuple[float, ...] = ()
+    """Cost (half the sum of squared whitened residuals) after each iteration."""
+    iterations: int = 0
+    seconds_solve: float = 0.0
+    seconds_compile: float = 0.0
+    statistics: dict[str, dict[str, float]] = field(default_factory=dict)
+    """Residual or innovation statistics: `{"accelerometer/<sensor>": {"rms": whitened RMS,
+    "count": n, ...}, "gyroscope/<sensor>": ..., "range/<source>-<receiver>": ...}`."""
+    calibration: dict[str, np.ndarray] = field(default_factory=dict)
+    """Estimated constants by name: `gyroscope_bias/<sensor>` [rad/s], `accelerometer_bias/...`
+    [m/s^2], `mounting_rotation/...` (rotation vector, rad, sensor frame)."""
+    calibration_std: dict[str, np.ndarray] = field(default_factory=dict)
+    """Their standard deviations, same keys."""
+    options: dict[str, object] = field(default_factory=dict)
+    """The options used, by name, for the record."""

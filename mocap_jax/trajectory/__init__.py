@@ -1,0 +1,5 @@
+"""Poses over time."""
+
+from mocap_jax.trajectory.trajectory import Trajectory
+
+__all__ = ["Trajectory"]
