@@ -1,0 +1,18 @@
+"""Linear algebra of whole-sequence problems."""
+
+from mocap_jax.linalg.arrow import (
+    ArrowFactor,
+    backward,
+    corner_covariance,
+    factor,
+    forward,
+    marginals,
+    solve,
+    solve_banded,
+    solve_corner,
+)
+
+__all__ = [
+    "ArrowFactor", "backward", "corner_covariance", "factor", "forward", "marginals", "solve",
+    "solve_banded", "solve_corner",
+]  # fmt: skip

@@ -1,0 +1,253 @@
+"""Block-banded ("arrow") normal equations on the host: factor, solve, marginal covariances.
+
+The matrix is block-banded in time with a dense border of constant unknowns,
+
+    [ H   B ]      H: t x t blocks of size d, half-bandwidth b (in blocks)
+    [ B' C  ]      B: t blocks of size d x m;  C: m x m
+
+and is factored as H = U'U frame by frame with BLAS-3 calls (left-looking), the Schur complement
+C - B'H^-1 B being accumulated on the way; U'^-1 B is not kept.
+
+Layout: a JAX array of blocks in C order is, read as Fortran order, its transpose. So row-stacked
+lower blocks `(t, (b+1) d, d)` become column-stacked upper blocks `d x (b+1) d` without a copy.
+Many small BLAS calls on two busy threads are far slower than on one: threads are limited here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import blas, lapack
+from threadpoolctl import threadpool_limits
+
+from mocap_jax.errors import SolveError
+
+BorderBlocks = Callable[[int], np.ndarray]
+"""Frame index -> that frame's block of B', shape (m, d), C order."""
+
+
+@dataclass(frozen=True)
+class ArrowFactor:
+    """Cholesky factor of an arrow matrix."""
+
+    panels: np.ndarray
+    """(t, (b + 1) d, d): blocks U_kk', U_k(k+1)', ..., U_k(k+b)' of each frame."""
+    corner: np.ndarray
+    """(m, m) upper Cholesky factor of the Schur complement C - B'H^-1 B."""
+
+    @property
+    def frames(self) -> int:
+        return self.panels.shape[0]
+
+    @property
+    def block(self) -> int:
+        return self.panels.shape[2]
+
+    @property
+    def half_bandwidth(self) -> int:
+        return self.panels.shape[1] // self.block - 1
+
+
+def factor(
+    lower: np.ndarray,
+    corner: np.ndarray | None = None,
+    border: BorderBlocks | None = None,
+    *,
+    damping: float = 0.0,
+    overwrite: bool = False,
+) -> ArrowFactor:
+    """Factor an arrow matrix.
+
+    Args:
+        lower: (t, b + 1, d, d), C order; `lower[k, o]` is block (k + o, k) of H. Blocks past the
+            last frame are ignored.
+        corner: (m, m), C; None without a border.
+        border: blocks of B' by frame; None without a border.
+        damping: added to the diagonal of H and of C.
+        overwrite: let the factor use the memory of `lower`.
+
+    Raises:
+        SolveError: the matrix is not positive definite; the text says where.
+    """
+    t, width, d, _ = lower.shape
+    b = width - 1
+    panels = (lower if overwrite else lower.copy()).reshape(t, width * d, d)
+    schur = np.zeros((0, 0)) if corner is None else np.array(corner, order="F")
+    schur += damping * np.eye(len(schur))
+    diagonal = np.arange(d)
+    recent: list[np.ndarray] = []
+    with threadpool_limits(limits=1, user_api="blas"):
+        for k in range(t):
+            panels[k, diagonal, diagonal] += damping
+            upper = panels[k].T
+            _eliminate_earlier(panels, k, b, d, upper)
+            _, info = lapack.dpotrf(upper[:, :d], lower=0, clean=1, overwrite_a=1)
+            if info:
+                raise SolveError(f"the normal equations are singular at frame {k} of {t}")
+            blas.dtrsm(1.0, upper[:, :d], upper[:, d:], side=0, lower=0, trans_a=1, overwrite_b=1)
+            if border is not None:
+                eliminated = _eliminate_border(panels, k, b, d, border(k), recent)
+                schur = blas.dsyrk(-1.0, eliminated, 1.0, schur, trans=1, lower=0, overwrite_c=1)
+                recent = [eliminated, *recent[: b - 1]]
+    if not len(schur):
+        return ArrowFactor(panels, schur)
+    chol, info = lapack.dpotrf(schur, lower=0, clean=1)
+    if info:
+        raise SolveError("the data do not determine the constant unknowns (singular border)")
+    return ArrowFactor(panels, chol)
+
+
+def _eliminate_earlier(panels: np.ndarray, k: int, b: int, d: int, target: np.ndarray) -> None:
+    """Subtract from frame k's blocks, in place, what the b frames before it contribute."""
+    for j in range(1, min(b, k) + 1):
+        earlier = panels[k - j].T
+        part = target[:, : (b + 1 - j) * d]
+        blas.dgemm(
+            -1.0, earlier[:, j * d : (j + 1) * d], earlier[:, j * d :], 1.0, part,
+            trans_a=1, overwrite_c=1,
+        )  # fmt: skip
+
+
+def _eliminate_border(
+    panels: np.ndarray, k: int, b: int, d: int, block: np.ndarray, recent: list[np.ndarray]
+) -> np.ndarray:
+    """Block k of U'^-1 B, given those of the frames just before (latest first)."""
+    out = np.array(block).T
+    for j, earlier in enumerate(recent[:b], start=1):
+        coupling = panels[k - j].T[:, j * d : (j + 1) * d]
+        blas.dgemm(-1.0, coupling, earlier, 1.0, out, trans_a=1, overwrite_c=1)
+    return blas.dtrsm(1.0, panels[k].T[:, :d], out, side=0, lower=0, trans_a=1, overwrite_b=1)
+
+
+def forward(f: ArrowFactor, rhs: np.ndarray) -> np.ndarray:
+    """Solve U'y = rhs for H = U'U; rhs of shape (t, d) or (t, d, n)."""
+    t, d, b = f.frames, f.block, f.half_bandwidth
+    y = np.array(rhs, float)
+    with threadpool_limits(limits=1, user_api="blas"):
+        for k in range(t):
+            for j in range(1, min(b, k) + 1):
+                y[k] -= f.panels[k - j, j * d : (j + 1) * d] @ y[k - j]
+            y[k] = _triangular(f.panels[k, :d], y[k], transposed=True)
+    return y
+
+
+def backward(f: ArrowFactor, rhs: np.ndarray) -> np.ndarray:
+    """Solve U x = rhs for H = U'U; rhs of shape (t, d) or (t, d, n)."""
+    t, d, b = f.frames, f.block, f.half_bandwidth
+    x = np.array(rhs, float)
+    with threadpool_limits(limits=1, user_api="blas"):
+        for k in range(t - 1, -1, -1):
+            reach = min(b, t - 1 - k)
+            if reach:
+                later = x[k + 1 : k + 1 + reach].reshape((reach * d, *x.shape[2:]))
+                x[k] -= f.panels[k, d : (reach + 1) * d].T @ later
+            x[k] = _triangular(f.panels[k, :d], x[k], transposed=False)
+    return x
+
+
+def _triangular(panel: np.ndarray, rhs: np.ndarray, *, transposed: bool) -> np.ndarray:
+    """Solve with U (or U') where `panel` holds U' in C order."""
+    if rhs.ndim == 1:
+        return blas.dtrsv(panel.T, rhs, lower=0, trans=int(transposed))
+    return blas.dtrsm(1.0, panel.T, rhs, side=0, lower=0, trans_a=int(transposed))
+
+
+def solve_banded(f: ArrowFactor, rhs: np.ndarray) -> np.ndarray:
+    """Solve H x = rhs (without the border); rhs of shape (t, d) or (t, d, n)."""
+    return backward(f, forward(f, rhs))
+
+
+def solve(
+    f: ArrowFactor, rhs: np.ndarray, rhs_corner: np.ndarray, border: BorderBlocks | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Solve the whole arrow system for one right-hand side.
+
+    Args:
+        f: its factor.
+        rhs: (t, d).
+        rhs_corner: (m,).
+        border: the same blocks of B' that were factored.
+
+    Returns:
+        (x, z) of shapes (t, d) and (m,).
+    """
+    x = solve_banded(f, rhs)
+    if border is None or not len(rhs_corner):
+        return x, np.zeros(0)
+    reduced = rhs_corner - sum(border(k) @ x[k] for k in range(f.frames))
+    z = solve_corner(f, reduced)
+    coupled = np.stack([border(k).T @ z for k in range(f.frames)])
+    return x - solve_banded(f, coupled), z
+
+
+def solve_corner(f: ArrowFactor, rhs: np.ndarray) -> np.ndarray:
+    """Solve S z = rhs with the Schur complement S."""
+    return lapack.dpotrs(f.corner, rhs, lower=0)[0]
+
+
+def corner_covariance(f: ArrowFactor) -> np.ndarray:
+    """Covariance of the constant unknowns: the inverse of the Schur complement, (m, m)."""
+    m = len(f.corner)
+    return solve_corner(f, np.eye(m)) if m else np.zeros((0, 0))
+
+
+def marginals(f: ArrowFactor, border: BorderBlocks | None = None) -> np.ndarray:
+    """Marginal covariance of every frame by selected inversion (Takahashi's recursion).
+
+    Args:
+        f: the factor of the information matrix.
+        border: the same blocks of B' that were factored, if any.
+
+    Returns:
+        (t, d, d), the diagonal blocks of the inverse of the whole arrow matrix.
+    """
+    t, d, b = f.frames, f.block, f.half_bandwidth
+    out = np.empty((t, d, d))
+    window = np.zeros((0, 0))
+    with threadpool_limits(limits=1, user_api="blas"):
+        for k in range(t - 1, -1, -1):
+            reach = min(b, t - 1 - k)
+            inverse = blas.dtrsm(1.0, f.panels[k, :d].T, np.eye(d), side=0, lower=0)
+            out[k] = inverse @ inverse.T
+            if reach:
+                gain = inverse @ f.panels[k, d : (reach + 1) * d].T
+                cross = -gain @ window[: reach * d, : reach * d]
+                out[k] -= cross @ gain.T
+            else:
+                cross = np.zeros((d, 0))
+            window = _slide(window, out[k], cross, b, d)
+    if border is not None:
+        _add_border_covariance(f, border, out)
+    return out
+
+
+def _slide(
+    window: np.ndarray, block: np.ndarray, cross: np.ndarray, b: int, d: int
+) -> np.ndarray:
+    """Covariance of the next b frames, with the newest (earliest) frame put in front."""
+    keep = min(cross.shape[1], (b - 1) * d)
+    top = np.concatenate([block, cross[:, :keep]], axis=1)
+    bottom = np.concatenate([cross[:, :keep].T, window[:keep, :keep]], axis=1)
+    return np.concatenate([top, bottom], axis=0)
+
+
+def _add_border_covariance(f: ArrowFactor, border: BorderBlocks, out: np.ndarray) -> None:
+    """Add X S^-1 X' with X = H^-1 B: what not knowing the constants adds to each frame."""
+    t, d, b = f.frames, f.block, f.half_bandwidth
+    m = len(f.corner)
+    coupled = np.empty((t, m, d))
+    recent: list[np.ndarray] = []
+    with threadpool_limits(limits=1, user_api="blas"):
+        for k in range(t):
+            coupled[k] = _eliminate_border(f.panels, k, b, d, border(k), recent).T
+            recent = [coupled[k].T, *recent[: b - 1]]
+        for k in range(t - 1, -1, -1):
+            x = coupled[k].T
+            for j in range(1, min(b, t - 1 - k) + 1):
+                coupling = f.panels[k].T[:, j * d : (j + 1) * d]
+                blas.dgemm(-1.0, coupling, coupled[k + j].T, 1.0, x, overwrite_c=1)
+            blas.dtrsm(1.0, f.panels[k].T[:, :d], x, side=0, lower=0, overwrite_b=1)
+            whitened = blas.dtrsm(1.0, f.corner, x, side=1, lower=0)
+            out[k] += whitened @ whitened.T
