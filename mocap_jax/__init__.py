@@ -1,5 +1,89 @@
-"""Human motion from body-worn sensors. Importing the package enables 64-bit JAX."""
+"""Human motion from body-worn sensors: recordings in, whole-sequence estimates out.
+
+Importing the package enables 64-bit JAX (`jax_enable_x64`) for the whole process. The names below
+are loaded on first use, so that the import itself stays light.
+"""
+
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
+from typing import TYPE_CHECKING
 
 import jax
 
 jax.config.update("jax_enable_x64", True)
+
+try:
+    __version__ = version("mocap_jax")
+except PackageNotFoundError:  # a source tree that was never installed
+    __version__ = "0+unknown"
+
+if TYPE_CHECKING:
+    from mocap_jax.body import Body as Body
+    from mocap_jax.body import difference as difference
+    from mocap_jax.body import frames as frames
+    from mocap_jax.body import load_body as load_body
+    from mocap_jax.body import retract as retract
+    from mocap_jax.body import site_frames as site_frames
+    from mocap_jax.body import transport as transport
+    from mocap_jax.compilation_cache import enable_compilation_cache as enable_compilation_cache
+    from mocap_jax.errors import InputError as InputError
+    from mocap_jax.errors import MocapError as MocapError
+    from mocap_jax.errors import SolveError as SolveError
+    from mocap_jax.estimate import EkfOptions as EkfOptions
+    from mocap_jax.estimate import OptimiseOptions as OptimiseOptions
+    from mocap_jax.estimate import ekf as ekf
+    from mocap_jax.estimate import optimise as optimise
+    from mocap_jax.io import export_motion as export_motion
+    from mocap_jax.io import read_recording as read_recording
+    from mocap_jax.io import read_solution as read_solution
+    from mocap_jax.io import write_recording as write_recording
+    from mocap_jax.io import write_solution as write_solution
+    from mocap_jax.metrics import evaluate as evaluate
+    from mocap_jax.motion import BUILTIN_MOTIONS as BUILTIN_MOTIONS
+    from mocap_jax.motion import Motion as Motion
+    from mocap_jax.motion import builtin_motion as builtin_motion
+    from mocap_jax.motion import human as human
+    from mocap_jax.motion import load_motion as load_motion
+    from mocap_jax.motion import retarget as retarget
+    from mocap_jax.recording import Recording as Recording
+    from mocap_jax.recording import Setup as Setup
+    from mocap_jax.report import write_report as write_report
+    from mocap_jax.simulation import SimulationOptions as SimulationOptions
+    from mocap_jax.simulation import simulate as simulate
+    from mocap_jax.solution import Solution as Solution
+    from mocap_jax.solution import Status as Status
+    from mocap_jax.trajectory import Trajectory as Trajectory
+
+_HOME = {
+    "body": ("Body", "difference", "frames", "load_body", "retract", "site_frames", "transport"),
+    "compilation_cache": ("enable_compilation_cache",),
+    "errors": ("InputError", "MocapError", "SolveError"),
+    "estimate": ("EkfOptions", "OptimiseOptions", "ekf", "optimise"),
+    "io": (
+        "export_motion", "read_recording", "read_solution", "write_recording", "write_solution",
+    ),
+    "metrics": ("evaluate",),
+    "motion": ("BUILTIN_MOTIONS", "Motion", "builtin_motion", "human", "load_motion", "retarget"),
+    "recording": ("Recording", "Setup"),
+    "report": ("write_report",),
+    "simulation": ("SimulationOptions", "simulate"),
+    "solution": ("Solution", "Status"),
+    "trajectory": ("Trajectory",),
+}  # fmt: skip
+_MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
+
+__all__ = ["__version__", *sorted(_MODULE_OF)]
+
+
+def __getattr__(name: str) -> object:
+    """Load a public name on first use (PEP 562)."""
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module 'mocap_jax' has no attribute '{name}'")
+    value = getattr(import_module(f"mocap_jax.{_MODULE_OF[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """All public names, loaded or not."""
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,37 @@
+"""`mocap-jax evaluate`: errors of a solution against a reference."""
+
+from __future__ import annotations
+
+import argparse
+
+from mocap_jax.cli.exit_codes import SUCCESS
+from mocap_jax.cli.files import output_file
+from mocap_jax.cli.parser import add_json_argument
+from mocap_jax.cli.results import to_json, write_json
+
+SUMMARY = "compare a solution with a recording's truth or with another solution"
+EXAMPLE = "mocap-jax evaluate walk.solution.mcap walk.mcap --json errors.json"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    parser.add_argument("solution", metavar="SOLUTION", help="solution to judge (.mcap)")
+    parser.add_argument(
+        "reference", metavar="REFERENCE", help="recording with its truth, or another solution"
+    )
+    add_json_argument(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the verb."""
+    json_file = output_file(arguments.json) if arguments.json else None
+    from mocap_jax.cli.reference import read_reference
+    from mocap_jax.io import read_solution
+    from mocap_jax.metrics import evaluate
+
+    solution = read_solution(arguments.solution)
+    errors = evaluate(solution, read_reference(arguments.reference))
+    print(errors)
+    if json_file is not None:
+        write_json(json_file, to_json(solution, errors))
+    return SUCCESS

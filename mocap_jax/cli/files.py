@@ -1,0 +1,76 @@
+"""Input and output paths of the verbs, checked before any long work."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mocap_jax.cli.exit_codes import SALVAGED, SUCCESS, UsageError
+from mocap_jax.errors import InputError
+
+if TYPE_CHECKING:
+    from mocap_jax.recording import Recording
+
+
+def output_file(path: str | os.PathLike[str], suffixes: Iterable[str] = ()) -> Path:
+    """Check that a file can be written at a path.
+
+    Args:
+        path: the file to write; its folder must exist.
+        suffixes: valid endings such as ".csv"; none means any.
+
+    Raises:
+        InputError: the folder does not exist or cannot be written, or the path is a folder.
+        UsageError: the suffix is not among the valid ones.
+    """
+    file, valid = Path(path), tuple(suffixes)
+    if valid and file.suffix.lower() not in valid:
+        raise UsageError(f"{file}: unknown suffix '{file.suffix}'; valid: {', '.join(valid)}")
+    folder = file.parent
+    if not folder.is_dir():
+        raise InputError(f"{file}: cannot be written, '{folder}' is not an existing folder")
+    if file.is_dir():
+        raise InputError(f"{file}: is a folder; name the file to write")
+    if not os.access(folder, os.W_OK):
+        raise InputError(f"{file}: cannot be written, no permission to write in '{folder}'")
+    return file
+
+
+def output_folder(path: str | os.PathLike[str]) -> Path:
+    """Make a folder for several files; raises `InputError` where that is impossible."""
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made a folder: {error.strerror}") from error
+    if not os.access(folder, os.W_OK):
+        raise InputError(f"{folder}: no permission to write there")
+    return folder
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file whole or not at all."""
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        part.write_text(text, encoding="utf-8")
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def read_input(path: str | os.PathLike[str]) -> Recording:
+    """Read a recording and say on stderr what was lost, if it was damaged."""
+    from mocap_jax.io import read_recording
+
+    recording = read_recording(path)
+    if recording.salvage:
+        print(f"mocap-jax: warning: {path}: {' '.join(recording.salvage)}", file=sys.stderr)
+    return recording
+
+
+def exit_code(recording: Recording) -> int:
+    """Exit code of a verb that made a result from this recording."""
+    return SALVAGED if recording.salvage else SUCCESS

@@ -1,0 +1,73 @@
+"""Estimation methods and presets of `reconstruct` and `demo`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mocap_jax.body import Body
+    from mocap_jax.recording import Recording
+    from mocap_jax.solution import Solution
+
+METHODS = ("optimise", "ekf", "orientation")
+
+
+@dataclass(frozen=True)
+class Preset:
+    """Named choices of `reconstruct`; arguments given besides it take precedence."""
+
+    summary: str
+    method: str = "optimise"
+    kinds: str = "AGDO"
+    """Measurements used."""
+    process: str = "white_jerk"
+    """Process noise of the filter."""
+
+
+PRESETS = {
+    "default": Preset("smoothed filter, then the whole sequence"),
+    "paper": Preset(
+        "the filter with the process noise printed by Vlasic 2007", "ekf", "AGD", "paper"
+    ),
+    "inertial": Preset("without distances and measured orientations", kinds="AG"),
+}
+
+
+def solve(
+    recording: Recording,
+    body: Body | None = None,
+    *,
+    method: str = "optimise",
+    kinds: str = "AGDO",
+    root: str = "auto",
+    process: str = "white_jerk",
+    smooth: bool = False,
+    progress: bool = False,
+) -> Solution:
+    """Estimate with one of `METHODS`.
+
+    Args:
+        recording: the measurements.
+        body: with the sensors' sites; default the recording's own.
+        method: one of `METHODS`; "optimise" starts from the smoothed filter.
+        kinds: letters of "AGDO".
+        root: "given", "free" or "auto".
+        process: process noise of the filter, "white_jerk" or "paper".
+        smooth: with "ekf", run the backward smoother as well.
+        progress: show progress bars on stderr.
+    """
+    from mocap_jax.estimate import EkfOptions, OptimiseOptions, ekf, optimise
+
+    filtering = EkfOptions(kinds=kinds, root=root, process=process, smooth=smooth)
+    if method == "ekf":
+        return ekf(recording, body, options=filtering, progress=progress)
+    smoothing = EkfOptions(kinds=kinds, root=root, process=process, smooth=True)
+    initial = ekf(recording, body, options=smoothing, progress=progress)
+    return optimise(
+        recording,
+        body,
+        initial=initial,
+        options=OptimiseOptions(kinds=kinds, root=root),
+        progress=progress,
+    )

@@ -1,0 +1,114 @@
+"""`mocap-jax reconstruct`: recording in, solution out."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mocap_jax.cli.exit_codes import FAILURE, UsageError
+from mocap_jax.cli.files import exit_code, output_file, read_input
+from mocap_jax.cli.methods import METHODS, PRESETS, solve
+from mocap_jax.cli.parser import add_json_argument, sensor_kinds
+from mocap_jax.cli.results import describe_solution, errors_against_truth, to_json, write_json
+from mocap_jax.errors import unknown_name
+
+if TYPE_CHECKING:
+    from mocap_jax.recording import Recording
+
+SUMMARY = "estimate the motion in a recording"
+EXAMPLE = "mocap-jax reconstruct walk.mcap --method optimise --sensors A,G,D --json walk.json"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    parser.add_argument("recording", metavar="REC", help="recording (.mcap)")
+    parser.add_argument(
+        "-o", "--output", metavar="OUT", help="solution to write (default: REC.solution.mcap)"
+    )
+    parser.add_argument(
+        "--body", metavar="XML", help="MJCF body with the sensors' sites (default: the recording's)"
+    )
+    parser.add_argument(
+        "--method",
+        metavar="NAME",
+        help="optimise (default: smoothed filter, then the whole sequence at once), ekf, or "
+        "orientation",
+    )
+    parser.add_argument(
+        "--smooth", action="store_true", help="with --method ekf: smooth the filter's estimate"
+    )
+    parser.add_argument(
+        "--sensors",
+        type=sensor_kinds,
+        metavar="A,G,D,O",
+        help="measurements to use: accelerometer, gyroscope, distance, orientation (default: all)",
+    )
+    parser.add_argument(
+        "--root",
+        choices=("given", "free"),
+        help="whether the recorded root pose is used (default: given when the recording has it)",
+    )
+    parser.add_argument(
+        "--preset",
+        metavar="NAME",
+        help="; ".join(f"{name}: {preset.summary}" for name, preset in PRESETS.items()),
+    )
+    add_json_argument(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the verb."""
+    _check_choices(arguments)
+    source = Path(arguments.recording)
+    output = output_file(
+        arguments.output or source.with_name(f"{source.stem}.solution.mcap"), (".mcap",)
+    )
+    json_file = output_file(arguments.json) if arguments.json else None
+    from mocap_jax.body import load_body
+    from mocap_jax.io import write_solution
+
+    body = load_body(arguments.body) if arguments.body else None
+    recording = read_input(source)
+    _check_root(arguments, recording, source)
+    preset = PRESETS[arguments.preset or "default"]
+    solution = solve(
+        recording,
+        body,
+        method=arguments.method or preset.method,
+        kinds=arguments.sensors or preset.kinds,
+        root=arguments.root or "auto",
+        process=preset.process,
+        smooth=arguments.smooth,
+        progress=sys.stderr.isatty(),
+    )
+    print(describe_solution(solution))
+    errors = errors_against_truth(solution, recording) if solution.status.ok else None
+    if errors is not None:
+        print(errors)
+    if json_file is not None:
+        write_json(json_file, to_json(solution, errors))
+    if not solution.status.ok:
+        print(f"mocap-jax: error: {source}: {solution.status.value}", file=sys.stderr)
+        return FAILURE
+    write_solution(output, solution)
+    print(f"wrote {output}")
+    return exit_code(recording)
+
+
+def _check_choices(arguments: argparse.Namespace) -> None:
+    if arguments.method is not None and arguments.method not in METHODS:
+        if arguments.method == "ukf":
+            raise UsageError(f"method 'ukf' is not available yet; valid: {', '.join(METHODS)}")
+        raise UsageError(str(unknown_name("method", arguments.method, METHODS)))
+    if arguments.preset is not None and arguments.preset not in PRESETS:
+        raise UsageError(str(unknown_name("preset", arguments.preset, PRESETS)))
+    method = arguments.method or PRESETS[arguments.preset or "default"].method
+    if arguments.smooth and method != "ekf":
+        raise UsageError(f"--smooth belongs to --method ekf, not to {method}")
+
+
+def _check_root(arguments: argparse.Namespace, recording: Recording, source: Path) -> None:
+    if arguments.root == "given" and recording.root is None:
+        raise UsageError(f"--root given: {source} has no root pose (topic /root); valid: free")

@@ -1,0 +1,32 @@
+"""The reference of an evaluation: a recording that holds its truth, or another solution."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING
+
+from mocap_jax.errors import InputError
+
+if TYPE_CHECKING:
+    from mocap_jax.recording import Recording
+    from mocap_jax.solution import Solution
+
+
+def read_reference(path: str | os.PathLike[str]) -> Recording | Solution:
+    """Read a reference; raises `InputError` for a recording without truth."""
+    from mocap_jax.cli.files import read_input
+    from mocap_jax.io import read_solution
+
+    try:
+        return read_solution(path)
+    except InputError as not_a_solution:
+        try:
+            recording = read_input(path)
+        except InputError:
+            raise not_a_solution from None
+    if recording.truth is None:
+        raise InputError(
+            f"{path}: a recording without truth (topics /truth/*) cannot be a reference; valid: a "
+            "simulated recording or a solution"
+        )
+    return recording

@@ -1,0 +1,92 @@
+"""What the verbs report about a solution: lines for people, JSON for programs."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mocap_jax.cli.files import write_text
+
+if TYPE_CHECKING:
+    from mocap_jax.metrics import ErrorTable
+    from mocap_jax.recording import Recording
+    from mocap_jax.solution import Solution
+
+_HEADLINE = (
+    ("orientation_error_mean_deg", "mean_observed", "observed joints [deg]"),
+    ("orientation_error_mean_deg", "mean", "all joints [deg]"),
+    ("orientation_error_mean_deg", "mean_table1", "table 1 [deg]"),
+    ("position_error_mean_cm", "mean", "joint centres [cm]"),
+)
+
+
+def errors_against_truth(solution: Solution, recording: Recording) -> ErrorTable | None:
+    """Errors of a solution, where the recording holds its truth."""
+    from mocap_jax.metrics import evaluate
+
+    return evaluate(solution, recording) if recording.truth is not None else None
+
+
+def to_json(solution: Solution, errors: ErrorTable | None = None) -> dict[str, Any]:
+    """Machine-readable results of a solution; non-finite numbers become null."""
+    content: dict[str, Any] = {
+        "status": solution.status.value,
+        "method": solution.method,
+        "frames": len(solution.trajectory.time),
+        "seconds_solve": solution.seconds_solve,
+        "seconds_compile": solution.seconds_compile,
+        "iterations": solution.iterations,
+        "cost": list(solution.cost),
+        "observed": list(solution.observed),
+        "remarks": list(solution.remarks),
+    }
+    if errors is not None:
+        content["errors"] = errors.to_dict()
+    return _finite(content)
+
+
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Write results as JSON, whole or not at all."""
+    write_text(path, json.dumps(content, indent=2, allow_nan=False) + "\n")
+
+
+def describe_solution(solution: Solution) -> str:
+    """Status, effort, remarks and observed joints of a solution, for people."""
+    lines = [
+        f"{solution.method}: {solution.status.value}",
+        f"  {len(solution.trajectory.time)} frames, {solution.iterations} iterations, "
+        f"{solution.seconds_solve:.1f} s solving, {solution.seconds_compile:.1f} s compiling",
+    ]
+    lines += [f"  {remark}" for remark in solution.remarks]
+    names = ", ".join(solution.observed) or "none"
+    lines.append(f"  observed joints ({len(solution.observed)}): {names}")
+    return "\n".join(lines)
+
+
+def comparison_table(errors: Mapping[str, ErrorTable]) -> str:
+    """One line a method: mean errors over observed joints, all joints and the paper's three."""
+    tables = {method: table.to_dict() for method, table in errors.items()}
+    columns = [c for c in _HEADLINE if any(c[1] in t.get(c[0], {}) for t in tables.values())]
+    width = max(len("method"), *(len(name) for name in tables))
+    header = "  ".join(title for _, _, title in columns)
+    lines = [f"{'method':<{width}}  {header}"]
+    for name, table in tables.items():
+        cells = (
+            f"{table.get(metric, {}).get(key, math.nan):>{len(title)}.3f}"
+            for metric, key, title in columns
+        )
+        lines.append(f"{name:<{width}}  {'  '.join(cells)}")
+    return "\n".join(lines)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value

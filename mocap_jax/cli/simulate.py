@@ -1,0 +1,116 @@
+"""`mocap-jax simulate`: a known motion to a recording with its ground truth."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mocap_jax.cli.exit_codes import SUCCESS, UsageError
+from mocap_jax.cli.files import output_file
+from mocap_jax.cli.parser import count, positive_float
+from mocap_jax.errors import InputError, unknown_name
+
+if TYPE_CHECKING:
+    from mocap_jax.body import Body
+    from mocap_jax.motion import Motion
+
+SUMMARY = "simulate the sensors of a person who performs a known motion"
+EXAMPLE = "mocap-jax simulate walk.amc -o walk.mcap --profile field --seed 1"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    parser.add_argument(
+        "motion",
+        metavar="MOTION",
+        help="motion file (.amc with its .asf beside it, .bvh, .npz) or a built-in motion: "
+        "routine, walking",
+    )
+    parser.add_argument("-o", "--output", metavar="REC", required=True, help="recording to write")
+    parser.add_argument(
+        "--sensors", metavar="SETUP.toml", help="suit to wear (default: 18 boards, 8 sources)"
+    )
+    parser.add_argument(
+        "--profile",
+        default="paper",
+        metavar="NAME",
+        help="ideal (no errors), paper (white noise as published; default) or field "
+        "(bias, mounting errors, soft tissue, outliers, ...)",
+    )
+    parser.add_argument("--seed", type=count, default=0, metavar="N", help="of all random errors")
+    parser.add_argument(
+        "--body", metavar="XML", help="retarget the motion to this MJCF body (default: its own)"
+    )
+    parser.add_argument("--skeleton", metavar="ASF", help="skeleton of an .amc file elsewhere")
+    parser.add_argument("--fps", type=positive_float, metavar="HZ", help="true frame rate")
+    parser.add_argument("--scale", type=positive_float, metavar="M", help="metres per file unit")
+    parser.add_argument("--skip", type=count, metavar="N", help="leading frames to leave out")
+    parser.add_argument(
+        "--cutoff", type=positive_float, metavar="HZ", help="low-pass of the motion (default 12)"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the verb."""
+    output = output_file(arguments.output, (".mcap",))
+    from mocap_jax.io import write_recording
+    from mocap_jax.simulation import PROFILES, SimulationOptions, load_suit, simulate
+
+    if arguments.profile not in PROFILES:
+        raise UsageError(str(unknown_name("profile", arguments.profile, PROFILES)))
+    suit = load_suit(arguments.sensors) if arguments.sensors else None
+    options = SimulationOptions()
+    if arguments.cutoff:
+        options = SimulationOptions(cutoff=arguments.cutoff)
+    motion = _load_motion(arguments)
+    recording = simulate(
+        motion, profile=arguments.profile, seed=arguments.seed, suit=suit, options=options
+    )
+    write_recording(output, recording)
+    start, end = recording.interval
+    print(
+        f"{output}: {motion.name}, {end - start:.1f} s, {len(recording.inertial)} boards, "
+        f"{len(recording.setup.sources)} sources, profile {arguments.profile}, "
+        f"seed {arguments.seed}"
+    )
+    return SUCCESS
+
+
+def _load_motion(arguments: argparse.Namespace) -> Motion:
+    from mocap_jax.body import load_body
+    from mocap_jax.motion import BUILTIN_MOTIONS, builtin_motion, load_motion, retarget
+
+    body = load_body(arguments.body) if arguments.body else None
+    if arguments.motion in BUILTIN_MOTIONS:
+        _refuse_file_options(arguments)
+        return builtin_motion(arguments.motion, body)
+    if not Path(arguments.motion).exists() and not Path(arguments.motion).suffix:
+        known = ", ".join(BUILTIN_MOTIONS)
+        raise InputError(
+            f"{arguments.motion}: neither a file nor a built-in motion; built in: {known}"
+        )
+    motion = load_motion(
+        arguments.motion,
+        skeleton=arguments.skeleton,
+        fps=arguments.fps,
+        scale=arguments.scale,
+        skip=arguments.skip,
+    )
+    return _on_body(motion, body, retarget) if body is not None else motion
+
+
+def _on_body(motion: Motion, body: Body, retarget) -> Motion:
+    fitted = retarget(motion, body)
+    new = {k: v for k, v in fitted.facts.items() if k not in motion.facts}
+    for fact, value in new.items():
+        print(f"retargeted: {fact} = {value}")
+    return fitted
+
+
+def _refuse_file_options(arguments: argparse.Namespace) -> None:
+    given = [o for o in ("skeleton", "fps", "scale", "skip") if getattr(arguments, o) is not None]
+    if given:
+        raise UsageError(
+            f"--{given[0]} is for motion files, '{arguments.motion}' is a built-in motion"
+        )
