@@ -152,7 +152,7 @@ def read_asf(path: str | os.PathLike[str]) -> Asf:
         bones=bones,
         parent=_read_hierarchy(Path(path), sections["hierarchy"], bones),
         degrees=degrees,
-        metres_per_unit=_INCH / unit,
+        metres_per_unit=float(_INCH / unit),
         R_file_root=_read_root(sections["root"], degrees),
     )
 

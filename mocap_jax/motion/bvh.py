@@ -125,13 +125,19 @@ def load_bvh(
 
 
 def _first_row_is_rest(bvh: Bvh) -> bool:
-    turns = [
-        joint.first_column + i
-        for joint in bvh.joints
-        for i, channel in enumerate(joint.channels)
-        if channel in _ROTATIONS
-    ]
-    return bool(len(bvh.rows) > 1 and not bvh.rows[0, turns].any())
+    """Whether the first row was inserted by a converter and is no data.
+
+    So it is when all its rotations are zero, or when its root rotation is exactly zero and some
+    joint turns further to the second row than any joint between any later rows (the CMU
+    conversions' T-pose has arms and feet adjusted, so not all is zero).
+    """
+    if len(bvh.rows) < 3:
+        return False
+    rotations = [bvh.rotation(joint) for joint in bvh.joints]
+    if max(R[0].magnitude() for R in rotations) == 0.0:
+        return True
+    steps = np.array([(R[:-1].inv() * R[1:]).magnitude() for R in rotations])
+    return bool(rotations[0][0].magnitude() == 0.0 and steps[:, 0].max() > steps[:, 1:].max())
 
 
 def _default_scale(bvh: Bvh) -> float:

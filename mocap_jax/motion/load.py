@@ -31,8 +31,8 @@ def load_motion(
         scale: metres per unit of length in an AMC or BVH file. By default the ASF's unit; for
             BVH, centimetres when the skeleton is more than 30 units tall, else CMU's unit
             (1 / 0.45 inch). What was used stands in the motion's facts.
-        skip: frames to drop at the start; by default none, or one where all rotations in the
-            first row of a BVH are zero (an inserted T-pose).
+        skip: frames to drop at the start; by default none, or one where the first row of a BVH is
+            an inserted rest pose (all rotations zero, or the root's and then a jump).
 
     Raises:
         InputError: naming the file, the line and the fault.
