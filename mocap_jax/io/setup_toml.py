@@ -1,0 +1,186 @@
+"""`Setup` as TOML: the attachment `setup.toml` (schema in docs/setup_toml.md)."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import tomllib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from mocap_jax.errors import InputError, unknown_name
+from mocap_jax.recording import NoiseFigures, RestHold, SensorSpec, Setup
+from mocap_jax.io.atomic import atomic_file
+
+_KEYS = ("pulse_interval", "speed_of_sound", "score_from", "sources", "noise", "rest", "sensors",
+         "provenance")  # fmt: skip
+_SENSOR_KEYS = ("name", "site", "rate_hz")
+_REST_KEYS = ("start", "end", "pose")
+
+
+def setup_to_toml(setup: Setup) -> str:
+    """Write a set-up as TOML text."""
+    table: dict[str, Any] = {
+        "pulse_interval": float(setup.pulse_interval),
+        "speed_of_sound": float(setup.speed_of_sound),
+        "score_from": float(setup.score_from),
+        "sources": list(setup.sources),
+        "noise": {k: float(v) for k, v in dataclasses.asdict(setup.noise).items()},
+    }
+    if setup.rest is not None:
+        pose = {joint: [float(x) for x in q] for joint, q in setup.rest.pose.items()}
+        table["rest"] = {
+            "start": float(setup.rest.start), "end": float(setup.rest.end), "pose": pose,
+        }  # fmt: skip
+    table["sensors"] = [
+        {"name": s.name, "site": s.site, "rate_hz": float(s.rate_hz)} for s in setup.sensors
+    ]
+    if setup.provenance:
+        table["provenance"] = {k: _plain(v) for k, v in setup.provenance.items()}
+    return tomli_w.dumps(table)
+
+
+def _plain(value: Any) -> str | float | int | bool:
+    """A fact as TOML holds it; NumPy scalars become Python's."""
+    item = getattr(value, "item", None)
+    value = item() if callable(item) else value
+    return value if isinstance(value, str | float | int | bool) else str(value)
+
+
+def setup_from_toml(text: str, name: str = "setup.toml") -> Setup:
+    """Read a set-up from TOML text.
+
+    Args:
+        text: the TOML.
+        name: what to call it in error messages.
+
+    Raises:
+        InputError: not TOML, an unknown key (the valid ones are listed), a missing one, or a
+            value of the wrong type or sign.
+    """
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{name}: not valid TOML: {error}") from error
+    _known_keys(table, _KEYS, name, "")
+    default = Setup()
+    positive = lambda key, value: _number(table.get(key, value), name, key, above=0.0)  # noqa: E731
+    sources = table.get("sources", [])
+    if not isinstance(sources, list) or not all(isinstance(s, str) for s in sources):
+        raise InputError(f"{name}: 'sources' must be a list of site names")
+    return Setup(
+        sensors=_sensors(table.get("sensors", []), name),
+        sources=tuple(sources),
+        pulse_interval=positive("pulse_interval", default.pulse_interval),
+        speed_of_sound=positive("speed_of_sound", default.speed_of_sound),
+        noise=_noise(_table(table, "noise", name), name),
+        rest=_rest(_table(table, "rest", name), name) if "rest" in table else None,
+        score_from=_number(table.get("score_from", default.score_from), name, "score_from"),
+        provenance=_provenance(_table(table, "provenance", name), name),
+    )
+
+
+def read_setup(path: str | os.PathLike[str]) -> Setup:
+    """Read a set-up from a TOML file.
+
+    Raises:
+        InputError: the file is missing or wrong (see `setup_from_toml`).
+    """
+    try:
+        return setup_from_toml(Path(path).read_text(encoding="utf-8"), str(path))
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: no such set-up file") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not a text file, so not TOML") from error
+    except OSError as error:
+        raise InputError(f"{path}: cannot read: {error.strerror}") from error
+
+
+def write_setup(path: str | os.PathLike[str], setup: Setup) -> None:
+    """Write a set-up to a TOML file, whole or not at all."""
+    with atomic_file(path) as stream:
+        stream.write(setup_to_toml(setup).encode())
+
+
+def _known_keys(table: dict[str, Any], valid: Iterable[str], name: str, where: str) -> None:
+    for key in table:
+        if key not in valid:
+            place = f" in [{where}]" if where else ""
+            raise InputError(f"{name}: {unknown_name(f'key{place}', key, valid)}")
+
+
+def _table(table: dict[str, Any], key: str, name: str) -> dict[str, Any]:
+    value = table.get(key, {})
+    if not isinstance(value, dict):
+        raise InputError(f"{name}: '{key}' must be a table ([{key}])")
+    return value
+
+
+def _number(value: Any, name: str, key: str, above: float | None = None) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or value != value:
+        raise InputError(f"{name}: '{key}' must be a number, not {value!r}")
+    if above is not None and not value > above:
+        raise InputError(f"{name}: '{key}' must be greater than {above:g}, not {value:g}")
+    return float(value)
+
+
+def _noise(table: dict[str, Any], name: str) -> NoiseFigures:
+    valid = [f.name for f in dataclasses.fields(NoiseFigures)]
+    _known_keys(table, valid, name, "noise")
+    return NoiseFigures(
+        **{key: _number(value, name, f"noise.{key}", above=0.0) for key, value in table.items()}
+    )
+
+
+def _sensors(entries: Any, name: str) -> tuple[SensorSpec, ...]:
+    if not isinstance(entries, list) or not all(isinstance(e, dict) for e in entries):
+        raise InputError(f"{name}: 'sensors' must be an array of tables ([[sensors]])")
+    sensors = tuple(_sensor(entry, i, name) for i, entry in enumerate(entries))
+    names = [s.name for s in sensors]
+    for sensor in names:
+        if names.count(sensor) > 1:
+            raise InputError(f"{name}: sensor '{sensor}' is listed {names.count(sensor)} times")
+    return sensors
+
+
+def _sensor(entry: dict[str, Any], index: int, name: str) -> SensorSpec:
+    where = f"sensors[{index}]"
+    _known_keys(entry, _SENSOR_KEYS, name, where)
+    for key in ("name", "rate_hz"):
+        if key not in entry:
+            raise InputError(f"{name}: {where} lacks '{key}' (keys: {', '.join(_SENSOR_KEYS)})")
+    sensor, site = entry["name"], entry.get("site", entry["name"])
+    if not isinstance(sensor, str) or not isinstance(site, str) or not sensor:
+        raise InputError(f"{name}: {where}: 'name' and 'site' must be text")
+    return SensorSpec(sensor, site, _number(entry["rate_hz"], name, f"{where}.rate_hz", above=0.0))
+
+
+def _rest(table: dict[str, Any], name: str) -> RestHold:
+    _known_keys(table, _REST_KEYS, name, "rest")
+    for key in ("start", "end"):
+        if key not in table:
+            raise InputError(f"{name}: [rest] lacks '{key}' (keys: {', '.join(_REST_KEYS)})")
+    start = _number(table["start"], name, "rest.start")
+    end = _number(table["end"], name, "rest.end")
+    if not end > start:
+        raise InputError(f"{name}: rest.end ({end:g} s) must be after rest.start ({start:g} s)")
+    pose = {}
+    for joint, value in _table(table, "pose", f"{name}: [rest]").items():
+        values = value if isinstance(value, list) else [value]
+        if len(values) not in (1, 4, 7):
+            raise InputError(
+                f"{name}: rest.pose.{joint} has {len(values)} numbers; a hinge or slide joint has "
+                "1, a ball joint 4 (wxyz), a free joint 7 (xyz, wxyz)"
+            )
+        pose[joint] = tuple(_number(v, name, f"rest.pose.{joint}") for v in values)
+    return RestHold(start, end, pose)
+
+
+def _provenance(table: dict[str, Any], name: str) -> dict[str, str | float | int | bool]:
+    for key, value in table.items():
+        if not isinstance(value, str | float | int | bool):
+            raise InputError(f"{name}: provenance.{key} must be text, a number or true/false")
+    return table
