@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jax import Array
@@ -12,6 +13,10 @@ from jaxtyping import Float
 from mocap_jax.body import Body
 from mocap_jax.recording.setup import Setup
 from mocap_jax.trajectory.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
 
 
 class Status(Enum):
@@ -63,3 +68,15 @@ class Solution:
     """Their standard deviations, same keys."""
     options: dict[str, object] = field(default_factory=dict)
     """The options used, by name, for the record."""
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Joint angles and segment poses over time, with names and units (time x joint)."""
+        from mocap_jax.solution.tables import solution_to_xarray
+
+        return solution_to_xarray(self)
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Root pose and joint angles, one row a frame (see `solution_to_dataframe`)."""
+        from mocap_jax.solution.tables import solution_to_dataframe
+
+        return solution_to_dataframe(self)

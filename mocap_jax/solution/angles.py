@@ -1,0 +1,68 @@
+"""Joint angles over time, named as the ISB recommends (flexion, abduction, rotation)."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+from mocap_jax.body import Body
+from mocap_jax.body.topology import HINGE
+from mocap_jax.solution.anatomy import anatomical_frames, joint_angle_list
+from mocap_jax.solution.cardan import cardan_zxy, continuous
+from mocap_jax.solution.poses import segment_poses
+from mocap_jax.trajectory import Trajectory
+
+
+def joint_rotations(
+    body: Body, R_world: Float[np.ndarray, "t nbody 3 3"]
+) -> Float[np.ndarray, "t nbody 3 3"]:
+    """Rotation of every segment in its parent (`R_parent_child`); the world's own is unity."""
+    parent = np.array(body.topology.body_parent)
+    return np.swapaxes(R_world[:, parent], -1, -2) @ R_world
+
+
+def anatomical_rotations(
+    body: Body, R_parent_child: Float[np.ndarray, "t nbody 3 3"]
+) -> Float[np.ndarray, "t nbody 3 3"]:
+    """Rotation of every segment's anatomical frame in that of its parent (see `anatomy`)."""
+    frames = anatomical_frames(body)
+    parent = np.array(body.topology.body_parent)
+    return np.swapaxes(frames[parent], -1, -2) @ R_parent_child @ frames
+
+
+def hinge_coordinate(body: Body, q: Float[np.ndarray, "t nq"], segment: int) -> np.ndarray:
+    """Coordinate [rad] of the only hinge of a segment, over time."""
+    topology = body.topology
+    joint = next(j for j in topology.joints_of_body(segment) if topology.joint_types[j] == HINGE)
+    return np.asarray(q)[:, topology.joint_qpos[joint]]
+
+
+def joint_angles(
+    body: Body, trajectory: Trajectory
+) -> tuple[tuple[str, ...], Float[np.ndarray, "t n"]]:
+    """Joint angles over time, without jumps.
+
+    A joint of one degree of freedom gives its coordinate. Any other gives the three Z-X-Y Cardan
+    angles of the child's anatomical frame in the parent's, zero when the body stands upright with
+    hanging limbs (palms to the thighs). Positive are flexion, abduction, internal rotation and
+    pronation on both sides; for the trunk and head flexion forward, bending to the right, turning
+    to the left. Each frame takes the Cardan solution nearest to the frame before.
+
+    Returns:
+        (names `<segment>/<angle>`, angles [rad] of shape (t, n)).
+    """
+    q = np.asarray(trajectory.q)
+    listed = joint_angle_list(body)
+    R_world, _ = segment_poses(body, q)
+    rotations = anatomical_rotations(body, joint_rotations(body, R_world))
+    segments = np.array(sorted({a.segment for a in listed if a.axis >= 0}), int)
+    cardan = continuous(cardan_zxy(rotations[:, segments]))
+    columns = []
+    for angle in listed:
+        if angle.axis < 0:
+            column = hinge_coordinate(body, q, angle.segment)
+        else:
+            column = cardan[:, np.searchsorted(segments, angle.segment), angle.axis]
+        columns.append(angle.sign * column)
+    stacked = np.stack(columns, axis=1) if columns else np.zeros((len(q), 0))
+    return tuple(a.name for a in listed), stacked
