@@ -1,0 +1,245 @@
+"""`ekf`: the extended Kalman filter of Vlasic 2007, section 5, and its backward smoother."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from tqdm import tqdm
+
+from mocap_jax.body import Body, load_body
+from mocap_jax.body.topology import FREE, SLIDE
+from mocap_jax.errors import InputError
+from mocap_jax.estimate.compile_clock import CompileClock
+from mocap_jax.estimate.filter_chunk import Estimates, filter_chunk, smooth_chunk
+from mocap_jax.estimate.filter_data import filter_data
+from mocap_jax.estimate.filter_frame import FilterModel, FrameInput, Parameters
+from mocap_jax.estimate.filter_options import EkfOptions
+from mocap_jax.estimate.innovation_statistics import InnovationStatistics
+from mocap_jax.initialise import RestEstimate, rest_pose
+from mocap_jax.kalman import State, process_noise
+from mocap_jax.measurement import gather
+from mocap_jax.recording import Recording
+from mocap_jax.solution import Solution, Status
+from mocap_jax.trajectory import Trajectory
+
+_PAPER_RATE_HZ = 140.0
+
+
+def ekf(
+    recording: Recording,
+    body: Body | None = None,
+    *,
+    options: EkfOptions = EkfOptions(),  # noqa: B008  (frozen)
+    progress: bool = False,
+) -> Solution:
+    """Estimate a motion frame by frame with an extended Kalman filter.
+
+    Args:
+        recording: measured streams and their set-up.
+        body: nominal body whose sites carry the sensors; default the recording's own. It is given
+            a free root if it has none.
+        options: see `EkfOptions`.
+        progress: show a progress bar (stderr).
+
+    Returns:
+        Trajectory with velocities, pose covariances and innovation statistics.
+
+    Raises:
+        InputError: no body, unknown sensors, or `root="given"` without a measured root.
+    """
+    clock = CompileClock()
+    begin = time.perf_counter()
+    with clock:
+        body = _body(recording, body)
+        use_root = _use_root(recording, options)
+        rest = rest_pose(recording, body, options=options.rest, use_root=use_root)
+        run = _prepare(recording, body, options, rest, use_root)
+        estimates, statistics, remarks = _run(run, options, progress)
+    q = np.concatenate([e.q for e in estimates])[: len(run.time)].astype(float)
+    v = np.concatenate([e.v for e in estimates])[: len(run.time)].astype(float)
+    covariance = None
+    if options.covariance:
+        covariance = np.concatenate([e.covariance for e in estimates])[: len(run.time)]
+    seconds = time.perf_counter() - begin
+    return Solution(
+        trajectory=Trajectory(np.asarray(run.time), q, v),
+        body=body,
+        status=_status(q, options),
+        method="ekf_smoothed" if options.smooth else "ekf",
+        setup=recording.setup,
+        remarks=(*rest.remarks, *remarks),
+        covariance=covariance,
+        seconds_solve=seconds - clock.seconds,
+        seconds_compile=clock.seconds,
+        statistics=statistics,
+        options=_option_record(options),
+        **_calibration(rest),
+    )
+
+
+def _body(recording: Recording, body: Body | None) -> Body:
+    if body is None:
+        if recording.body_xml is None:
+            raise InputError("the recording carries no body.xml: pass a body")
+        return load_body(recording.body_xml, free_root=True)
+    return body if body.has_free_root else load_body(body.xml, free_root=True)
+
+
+def _use_root(recording: Recording, options: EkfOptions) -> bool:
+    if options.root == "given" and recording.root is None:
+        raise InputError("root='given': the recording has no measured root (valid: auto, free)")
+    return options.root != "free" and recording.root is not None
+
+
+class _Run(NamedTuple):
+    """Everything the loops need."""
+
+    body: Body
+    model: FilterModel
+    parameters: Parameters
+    start: State
+    chunks: list[FrameInput]
+    time: np.ndarray
+    statistics: InnovationStatistics
+
+
+def _prepare(
+    recording: Recording, body: Body, options: EkfOptions, rest: RestEstimate, use_root: bool
+) -> _Run:
+    data = gather(recording, body, kinds=options.kinds, root=use_root)
+    chunks, kinds, range_sites = filter_data(data, rest, options)
+    model = FilterModel(options.process, kinds, data.sites, range_sites, options.range_gate)
+    dtype = jnp.dtype(options.dtype)
+    cast = lambda x: (  # noqa: E731
+        jnp.asarray(x, dtype) if np.issubdtype(np.asarray(x).dtype, np.floating) else x
+    )
+    statistics = InnovationStatistics(data, body, range_sites)
+    return _Run(
+        jax.tree.map(cast, rest.mounted(body)),
+        model,
+        jax.tree.map(cast, _parameters(recording, body, options, rest, float(data.step))),
+        jax.tree.map(cast, _start(body, options, rest)),
+        [jax.tree.map(cast, c) for c in chunks],
+        np.asarray(data.time),
+        statistics,
+    )
+
+
+def _parameters(
+    recording: Recording, body: Body, options: EkfOptions, rest: RestEstimate, step: float
+) -> Parameters:
+    noise, sensors = recording.setup.noise, len(rest.sensors)
+    density = jnp.asarray(jerk_density(body, options))
+    each = lambda sigma: jnp.full(sensors, sigma)  # noqa: E731
+    return Parameters(
+        step=jnp.asarray(step),
+        noise=process_noise(options.process, jnp.asarray(step), density),
+        accelerometer_sigma=each(noise.accelerometer),
+        gyroscope_sigma=each(noise.gyroscope),
+        orientation_sigma=each(noise.orientation),
+        range_sigma=jnp.asarray(noise.range),
+        root_sigma=jnp.asarray([noise.root_position] * 3 + [noise.root_orientation] * 3),
+        lever_arm_sigma=jnp.asarray(options.lever_arm_sigma),
+        mounting_sigma=jnp.asarray(_remaining_mounting(rest)),
+        speed_of_sound=jnp.asarray(recording.setup.speed_of_sound),
+    )
+
+
+def _remaining_mounting(rest: RestEstimate) -> float:
+    """Typical error of the mounting rotations after the rest hold [rad]."""
+    return float(np.sqrt(np.mean(rest.mounting_std**2))) if rest.mounting_std.size else 0.0
+
+
+def jerk_density(body: Body, options: EkfOptions) -> np.ndarray:
+    """Spectral density of the jerk of each degree of freedom (nv,) [rad^2/s^5, m^2/s^5]."""
+    topology = body.topology
+    joint = options.joint_jerk_density
+    if options.process != "white_jerk":
+        joint = options.paper_acceleration_noise**2 * _PAPER_RATE_HZ
+    density = np.full(body.nv, joint)
+    for j, kind in enumerate(topology.joint_types):
+        at = topology.joint_dof[j]
+        if kind == FREE:
+            density[at : at + 3] = options.root_translation_jerk_density
+            density[at + 3 : at + 6] = options.root_rotation_jerk_density
+        elif kind == SLIDE and options.process == "white_jerk":
+            density[at] = options.slide_jerk_density
+    return density
+
+
+def _start(body: Body, options: EkfOptions, rest: RestEstimate) -> State:
+    """Belief at the first frame."""
+    still, nv = rest.still.still, body.nv
+    sigma_v = options.rest_velocity_sigma if still else options.velocity_sigma
+    sigma_a = options.rest_acceleration_sigma if still else options.acceleration_sigma
+    P = np.zeros((3 * nv, 3 * nv))
+    P[:nv, :nv] = rest.covariance
+    P[range(nv, 2 * nv), range(nv, 2 * nv)] = sigma_v**2
+    P[range(2 * nv, 3 * nv), range(2 * nv, 3 * nv)] = sigma_a**2
+    return State(jnp.asarray(rest.q), jnp.zeros(nv), jnp.zeros(nv), jnp.asarray(P))
+
+
+def _run(
+    run: _Run, options: EkfOptions, progress: bool
+) -> tuple[list[Estimates], dict[str, dict[str, float]], tuple[str, ...]]:
+    state, checkpoints, estimates, skipped = run.start, [], [], 0
+    fixed = (run.body, run.model, run.parameters)
+    passes = 2 if options.smooth else 1
+    bar = tqdm(total=passes * len(run.time), unit="frame", desc="ekf", disable=not progress)
+    with bar:
+        for frames in run.chunks:
+            if options.smooth:
+                checkpoints.append(state)
+            wanted = options.covariance and not options.smooth
+            state, estimate, innovations = filter_chunk(*fixed, state, frames, wanted)
+            estimates.append(jax.tree.map(np.asarray, estimate))
+            skipped += run.statistics.add(frames, innovations)
+            bar.update(int(np.asarray(frames.valid).sum()))
+        if options.smooth:
+            estimates = _smooth(run, state, checkpoints, options.covariance, bar)
+    remarks = (f"{skipped} updates were skipped because they were not finite.",) if skipped else ()
+    return estimates, run.statistics.table(), remarks
+
+
+def _smooth(
+    run: _Run, last: State, checkpoints: list[State], covariance: bool, bar: tqdm
+) -> list[Estimates]:
+    """Backward pass over the chunks, last first."""
+    estimates, following = [], jnp.asarray(False)
+    for start, frames in zip(reversed(checkpoints), reversed(run.chunks), strict=True):
+        last, estimate = smooth_chunk(
+            run.body, run.model, run.parameters, start, frames, last, following, covariance
+        )
+        estimates.append(jax.tree.map(np.asarray, estimate))
+        following = jnp.asarray(True)
+        bar.update(int(np.asarray(frames.valid).sum()))
+    return estimates[::-1]
+
+
+def _status(q: np.ndarray, options: EkfOptions) -> Status:
+    if not np.isfinite(q).all():
+        return Status.DIVERGED
+    return Status.SMOOTHED if options.smooth else Status.FILTERED
+
+
+def _calibration(rest: RestEstimate) -> dict[str, dict[str, np.ndarray]]:
+    values, deviations = {}, {}
+    for i, name in enumerate(rest.sensors):
+        for key, value, std in (
+            ("gyroscope_bias", rest.gyroscope_bias, rest.gyroscope_bias_std),
+            ("accelerometer_bias", rest.accelerometer_bias, rest.accelerometer_bias_std),
+            ("mounting_rotation", rest.mounting_rotation, rest.mounting_std),
+        ):
+            values[f"{key}/{name}"], deviations[f"{key}/{name}"] = value[i], std[i]
+    return {"calibration": values, "calibration_std": deviations}
+
+
+def _option_record(options: EkfOptions) -> dict[str, object]:
+    record = dataclasses.asdict(options)
+    rest = record.pop("rest")
+    return record | {f"rest_{key}": value for key, value in rest.items()}

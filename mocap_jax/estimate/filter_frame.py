@@ -1,0 +1,181 @@
+"""One frame of the filter: the time update and the sequence of measurement updates."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+from jaxtyping import Float, Int
+
+from mocap_jax import so3
+from mocap_jax.body import Body
+from mocap_jax.estimate.pose_manifold import pose_manifold
+from mocap_jax.kalman import Innovation, Process, State, predict, update
+from mocap_jax.measurement import predict as readings
+from mocap_jax.measurement.chain import Chain, chain, site_state
+
+
+class FilterModel(NamedTuple):
+    """What stays fixed over the frames (hashable: static under `jit`)."""
+
+    process: Process
+    kinds: str
+    """Letters of the measurements that the recording really holds, R for the root pose."""
+    sensors: tuple[int, ...]
+    """Sites of the sensors."""
+    range_sites: tuple[int, ...]
+    """Sites that take part in ranges."""
+    range_gate: float
+
+
+class Parameters(NamedTuple):
+    """Numbers of the filter (traced)."""
+
+    step: Float[Array, ""]
+    noise: Float[Array, "3 3 nv"]
+    accelerometer_sigma: Float[Array, "s"]
+    gyroscope_sigma: Float[Array, "s"]
+    orientation_sigma: Float[Array, "s"]
+    range_sigma: Float[Array, ""]
+    root_sigma: Float[Array, "6"]
+    lever_arm_sigma: Float[Array, ""]
+    mounting_sigma: Float[Array, ""]
+    """Remaining error of the sensors' mounting rotation [rad]."""
+    speed_of_sound: Float[Array, ""]
+
+
+class FrameInput(NamedTuple):
+    """Measurements of one frame, or of t frames stacked in front."""
+
+    valid: Float[Array, ""]
+    """False for the padding after the last frame."""
+    first: Float[Array, ""]
+    """True for the first frame, which has no step before it."""
+    accelerometer: Float[Array, "s 3"]
+    gyroscope: Float[Array, "s 3"]
+    orientation: Float[Array, "s 4"]
+    range_distance: Float[Array, "k"]
+    range_weight: Float[Array, "k"]
+    range_source: Int[Array, "k"]
+    """Place in `FilterModel.range_sites`."""
+    range_receiver: Int[Array, "k"]
+    range_lead: Float[Array, "k"]
+    """[frames]"""
+    root_position: Float[Array, "3"]
+    root_orientation: Float[Array, "4"]
+
+
+def filter_frame(
+    body: Body, model: FilterModel, parameters: Parameters, state: State, frame: FrameInput
+) -> tuple[State, dict[str, Innovation]]:
+    """Advance the belief to a frame and take in its measurements, one kind after the other."""
+    manifold = pose_manifold(body.topology)
+    moved = predict(manifold, model.process, state, parameters.step, parameters.noise)
+    current = _choose(frame.first, state, moved)
+    innovations = {}
+    for kind in model.kinds:
+        c = chain(body, current.q, current.v, current.a)
+        terms = _TERMS[kind](body, model, parameters, c, current, frame)
+        gate = model.range_gate if kind == "D" else 0.0
+        current, innovations[kind] = update(manifold, current, *terms, gate=gate)
+    return _choose(frame.valid, current, state), innovations
+
+
+def _choose(condition: Array, yes: State, no: State) -> State:
+    return jax.tree.map(lambda a, b: jnp.where(condition, a, b), yes, no)
+
+
+_Terms = tuple[Array, Array, Array, Array]
+"""Jacobian, residual, variance and activity of one update."""
+
+
+def _orientation(
+    body: Body, model: FilterModel, p: Parameters, c: Chain, state: State, frame: FrameInput
+) -> _Terms:
+    """Whole rotation of the sensors, compared in the sensor frame."""
+    active = jnp.isfinite(frame.orientation).all(-1) & frame.valid
+    quat = jnp.where(active[:, None], frame.orientation, jnp.array([1.0, 0, 0, 0], state.q.dtype))
+    predicted = readings.orientation(body, c, model.sensors)
+    R = so3.matmul3(jnp.swapaxes(predicted.value, 1, 2), so3.quat_to_matrix(quat))
+    variance = p.orientation_sigma**2 + p.mounting_sigma**2
+    return _vectors(so3.log(R), predicted.jacobian, variance[:, None], active[:, None])
+
+
+def _rate(
+    body: Body, model: FilterModel, p: Parameters, c: Chain, state: State, frame: FrameInput
+) -> _Terms:
+    active = jnp.isfinite(frame.gyroscope) & frame.valid
+    predicted = readings.rate(body, c, model.sensors)
+    residual = jnp.where(active, frame.gyroscope, 0.0) - predicted.value
+    variance = p.gyroscope_sigma[:, None] ** 2 + _tilt_variance(p.mounting_sigma, predicted.value)
+    return _vectors(residual, predicted.jacobian, variance, active)
+
+
+def _specific_force(
+    body: Body, model: FilterModel, p: Parameters, c: Chain, state: State, frame: FrameInput
+) -> _Terms:
+    active = jnp.isfinite(frame.accelerometer) & frame.valid
+    predicted = readings.specific_force(body, c, model.sensors)
+    residual = jnp.where(active, frame.accelerometer, 0.0) - predicted.value
+    motion = site_state(body, c, model.sensors)
+    spin = (motion.rate**2).sum(-1) ** 2 + (motion.rate_change**2).sum(-1)
+    variance = p.accelerometer_sigma**2 + p.lever_arm_sigma**2 * spin
+    variance = variance[:, None] + _tilt_variance(p.mounting_sigma, predicted.value)
+    return _vectors(residual, predicted.jacobian, variance, active)
+
+
+def _tilt_variance(sigma: Array, x: Array) -> Array:
+    """Variance per axis of a vector seen from a frame turned by an unknown small rotation."""
+    return sigma**2 * ((x * x).sum(-1, keepdims=True) - x * x)
+
+
+def _vectors(residual: Array, jacobian: Array, variance: Array, active: Array) -> _Terms:
+    shape = residual.shape
+    spread = lambda x: jnp.broadcast_to(x, shape).reshape(-1)  # noqa: E731
+    return (
+        jacobian.reshape(-1, jacobian.shape[-1]),
+        residual.reshape(-1),
+        spread(variance),
+        spread(active),
+    )
+
+
+def _range(
+    body: Body, model: FilterModel, p: Parameters, c: Chain, state: State, frame: FrameInput
+) -> _Terms:
+    """Ranges of the interval before the frame; a receiver behind its source counts as absent."""
+    heard = (frame.range_weight > 0) & jnp.isfinite(frame.range_distance) & frame.valid
+    measured = jnp.where(heard, frame.range_distance, 1.0)
+    predicted = readings.distance(
+        body,
+        c,
+        model.range_sites,
+        frame.range_source,
+        frame.range_receiver,
+        frame.range_lead * p.step,
+        measured / p.speed_of_sound,
+    )
+    active = heard & (predicted.cosine > 0)
+    sigma = p.range_sigma / jnp.where(heard, frame.range_weight, 1.0)
+    return predicted.jacobian, measured - predicted.value, sigma**2, active
+
+
+def _root(
+    body: Body, model: FilterModel, p: Parameters, c: Chain, state: State, frame: FrameInput
+) -> _Terms:
+    """Externally measured pose of the root body."""
+    R, position, jacobian = readings.root_pose(body, state.q)
+    seen = jnp.isfinite(frame.root_position) & frame.valid
+    turned = jnp.isfinite(frame.root_orientation).all() & frame.valid
+    quat = jnp.where(turned, frame.root_orientation, jnp.array([1.0, 0, 0, 0], state.q.dtype))
+    residual = jnp.concatenate([
+        jnp.where(seen, frame.root_position, 0.0) - position,
+        so3.log(R.T @ so3.quat_to_matrix(quat)),
+    ])  # fmt: skip
+    active = jnp.concatenate([seen, jnp.broadcast_to(turned, (3,))])
+    return jacobian, residual, p.root_sigma**2, active
+
+
+_TERMS = {"O": _orientation, "G": _rate, "A": _specific_force, "D": _range, "R": _root}

@@ -1,0 +1,74 @@
+"""`EkfOptions`: what the filter assumes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from mocap_jax.errors import InputError, unknown_name
+from mocap_jax.initialise import RestOptions
+
+_PROCESSES = ("white_jerk", "paper", "euler")
+_ROOTS = ("auto", "given", "free")
+
+
+@dataclass(frozen=True)
+class EkfOptions:
+    """Options of `ekf`."""
+
+    kinds: str = "AGDO"
+    """Measurements to use: A accelerometers, G gyroscopes, D distances, O orientations."""
+    root: Literal["auto", "given", "free"] = "auto"
+    """Use the measured root pose (`auto`: when the recording has one)."""
+    process: Literal["white_jerk", "paper", "euler"] = "white_jerk"
+    """Dynamics; `paper` puts noise on the acceleration only, `euler` steps as eq. 1 is printed."""
+    joint_jerk_density: float = 3e4
+    """Of joint angles [rad^2/s^5]."""
+    slide_jerk_density: float = 3e2
+    """Of sliding joints [m^2/s^5]."""
+    root_rotation_jerk_density: float = 3e4
+    """Of the root's rotation [rad^2/s^5]."""
+    root_translation_jerk_density: float = 3e3
+    """Of the root's translation, in world coordinates [m^2/s^5]."""
+    paper_acceleration_noise: float = 0.04
+    """Of `paper` and `euler`: standard deviation of the change of joint accelerations in 1/140 s
+    [rad/s^2] (Vlasic 2007, section 5.1). The root, which the paper takes from elsewhere, keeps
+    its jerk density."""
+    smooth: bool = False
+    """Run the backward (Rauch-Tung-Striebel) pass as well: estimates then use all data."""
+    remove_averaging: bool = True
+    """Undo, to second order, that an inertial sample is the mean over its interval:
+    m - (m_before - 2 m + m_after) / 24."""
+    lever_arm_sigma: float = 0.002
+    """Error of sensor positions sigma_r [m]: the accelerometers' variance is raised by
+    sigma_r^2 (|alpha|^2 + |w|^4)."""
+    range_gate: float = 4.0
+    """Ranges whose innovation exceeds this many standard deviations are trusted less (multipath);
+    0 switches it off."""
+    velocity_sigma: float = 3.0
+    """Prior of joint and root velocities at the first frame, when it is not at rest
+    [rad/s, m/s]."""
+    acceleration_sigma: float = 30.0
+    """Prior of accelerations at the first frame, when it is not at rest [rad/s^2, m/s^2]."""
+    rest_velocity_sigma: float = 0.02
+    """The same at rest [rad/s, m/s]."""
+    rest_acceleration_sigma: float = 0.5
+    """The same at rest [rad/s^2, m/s^2]."""
+    rest: RestOptions = RestOptions()
+    """What to estimate from the rest hold before filtering."""
+    covariance: bool = True
+    """Return the marginal covariance of every pose (nv^2 doubles a frame)."""
+    chunk: int = 128
+    """Frames compiled into one call; the checkpoint interval of the smoother."""
+    dtype: Literal["float64", "float32"] = "float64"
+    """Precision of the computation."""
+
+    def __post_init__(self) -> None:
+        if self.process not in _PROCESSES:
+            raise unknown_name("process", self.process, _PROCESSES)
+        if self.root not in _ROOTS:
+            raise unknown_name("root", self.root, _ROOTS)
+        if self.dtype not in ("float64", "float32"):
+            raise unknown_name("dtype", self.dtype, ("float64", "float32"))
+        if self.chunk < 2:
+            raise InputError(f"chunk={self.chunk}: must be at least 2 frames")

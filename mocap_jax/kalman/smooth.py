@@ -1,0 +1,52 @@
+"""Backward pass of Rauch, Tung and Striebel (1965), on a manifold."""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+from jax import Array
+from jaxtyping import Float
+
+from mocap_jax.kalman.manifold import Manifold
+from mocap_jax.kalman.predict import Process, predict, transition
+from mocap_jax.kalman.state import State
+from mocap_jax.kalman.update import apply
+
+
+def smooth_step(
+    manifold: Manifold,
+    process: Process,
+    filtered: State,
+    smoothed_next: State,
+    h: Array,
+    noise: Float[Array, "3 3 nv"],
+) -> State:
+    """Belief at one frame given all data, from the filtered one and the next smoothed one."""
+    nv = filtered.v.shape[0]
+    predicted = predict(manifold, process, filtered, h, noise)
+    gain = _gain(manifold, process, filtered, predicted.covariance, h)
+    dq = manifold.difference(predicted.q, smoothed_next.q)
+    error = jnp.concatenate([dq, smoothed_next.v - predicted.v, smoothed_next.a - predicted.a])
+    # The next covariance lies in the tangent space at the smoothed pose: bring it to the
+    # predicted one, where the gain is defined.
+    P_next = smoothed_next.covariance
+    P_next = P_next.at[:nv].set(manifold.jacobian_inverse(dq, P_next[:nv]))
+    P_next = P_next.at[:, :nv].set(manifold.jacobian_inverse(dq, P_next[:, :nv].T).T)
+    P = filtered.covariance + gain @ (P_next - predicted.covariance) @ gain.T
+    return apply(manifold, filtered, gain @ error, 0.5 * (P + P.T))
+
+
+def _gain(
+    manifold: Manifold, process: Process, filtered: State, P_predicted: Array, h: Array
+) -> Array:
+    """P F' P_predicted^-1, by a Cholesky factor of the predicted correlations.
+
+    Position and acceleration variances differ by many powers of the step; the correlations are
+    far better conditioned than the covariance.
+    """
+    FP = transition(manifold, process, filtered, h, filtered.covariance)
+    scale = 1.0 / jnp.sqrt(jnp.diagonal(P_predicted))
+    L = jnp.linalg.cholesky(P_predicted * scale[:, None] * scale, symmetrize_input=False)
+    half = jax.lax.linalg.triangular_solve(L, FP * scale[:, None], left_side=True, lower=True)
+    full = jax.lax.linalg.triangular_solve(L, half, left_side=True, lower=True, transpose_a=True)
+    return (full * scale[:, None]).T
