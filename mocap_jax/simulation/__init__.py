@@ -1,0 +1,13 @@
+"""Known motion to a recording with its truth, by C MuJoCo's physics."""
+
+from mocap_jax.simulation.default_suit import default_suit
+from mocap_jax.simulation.mounting import mount
+from mocap_jax.simulation.options import SimulationOptions
+from mocap_jax.simulation.profiles import PROFILES, Profile
+from mocap_jax.simulation.simulate import simulate
+from mocap_jax.simulation.suit import Mounting, Suit
+
+__all__ = [
+    "PROFILES", "Mounting", "Profile", "SimulationOptions", "Suit", "default_suit", "mount",
+    "simulate",
+]  # fmt: skip

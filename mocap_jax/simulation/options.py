@@ -1,0 +1,36 @@
+"""Options of a simulation that do not depend on how noisy the sensors are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mocap_jax.errors import InputError
+
+
+@dataclass(frozen=True)
+class SimulationOptions:
+    """How a known motion becomes a recording."""
+
+    cutoff_hz: float = 12.0
+    """Low-pass of the motion [Hz]; 20 is a stress test."""
+    rest_s: float = 2.0
+    """Still hold of the declared pose at the start [s] (Vlasic 2007, section 5.4)."""
+    blend_s: float = 1.5
+    """Shortest transition from the rest pose into the clip [s]; longer if joints must travel far."""
+    inertial_rate_hz: float = 140.0
+    """Sampling rate of the boards [Hz] (Vlasic 2007, section 3.3)."""
+    pulse_interval_s: float = 0.008
+    """Time between pulses of successive sources [s] (Vlasic 2007, section 3.2)."""
+    speed_of_sound: float = 343.0
+    """Speed that turns times of flight into distances [m/s] (dry air at 20 degrees Celsius)."""
+    max_range_m: float = 2.75
+    """Longest distance that is heard before the next pulse [m] (Vlasic 2007, section 3.2)."""
+    start_utc_ns: int = 0
+    """Absolute start of the recording [UTC ns]."""
+
+    def __post_init__(self) -> None:
+        positive = ("cutoff_hz", "rest_s", "blend_s", "inertial_rate_hz", "pulse_interval_s",
+                    "speed_of_sound", "max_range_m")  # fmt: skip
+        for name in positive:
+            if not getattr(self, name) > 0:
+                raise InputError(f"{name} {getattr(self, name):g}: must be above 0")

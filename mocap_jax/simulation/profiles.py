@@ -1,0 +1,143 @@
+"""Profiles: how noisy, biased and ill-mounted the sensors of a simulated recording are.
+
+Figures of `field` and where they come from. Standard deviations unless said otherwise.
+
+| effect | figure | source |
+| --- | --- | --- |
+| white noise | 0.02 m/s^2, 0.002 rad/s, 2.5 mm | Vlasic 2007, section 5.2 |
+| gyroscope bias | 0.5 deg/s | InvenSense MPU-6050 specification rev. 3.4: zero-rate output +-20 deg/s \
+before calibration; what a bench calibration leaves is a few per cent of it |
+| gyroscope drift | 2e-4 rad/s/sqrt(s) | rate random walk as in the usual MEMS models, El-Sheimy, Hou, \
+Niu 2008 (Allan variance); 0.07 deg/s in 40 s |
+| accelerometer bias | 0.15 m/s^2 (15 mg) | MPU-6050: zero-g output +-50 mg (x, y), +-80 mg (z) before \
+calibration |
+| accelerometer drift | 1e-3 m/s^2/sqrt(s) | as above |
+| scale error | 1 % each | MPU-6050: +-3 % initial tolerance of either |
+| saturation | +-16 g, +-2000 deg/s | MPU-6050: largest ranges |
+| mounting rotation | 3 deg an axis | errors of static calibration, Robert-Lachaine et al. 2017 (Gait & \
+Posture 54, 80-86) |
+| mounting position | 10 mm along the skin, 3 mm in depth | palpation of landmarks, Della Croce et al. \
+2005 (Gait & Posture 21, 226-237): 6-25 mm |
+| declared rest pose | 3 deg an axis and joint | repeatability of the N-pose, Robert-Lachaine 2017 |
+| soft tissue | 8 Hz, damping 0.3; 3 mm per rad of the joint | Wakeling and Nigg 2001 (J. Appl. \
+Physiol. 90, 412-420) resonances of muscle packages; Leardini et al. 2005 (Gait & Posture 21, \
+212-225) skin sliding |
+| segment length | 3 % | regression from stature, Drillis and Contini 1966; Winter 2009, chapter 4 |
+| speed of sound | 0.7 % | c = 331.3 + 0.606 T: 4 degrees Celsius make 0.7 % |
+| source offset | 2.3 mm | Vlasic 2007, section 4.3 |
+| multipath | 3 % of pulses | share of reflected first arrivals worn on clothing; between the 1-5 % of \
+outliers that Olson, Leonard, Teller 2006 report for acoustic ranges |
+| lost samples | 1 % in bursts of 5 | packet loss of body-worn radio sensors |
+| clock offset | 2 ms | start-up skew of boards with a common rate but no common trigger |
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from mocap_jax.errors import unknown_name
+from mocap_jax.recording import NoiseFigures
+from mocap_jax.simulation.hearing import HearingFigures
+
+_DEGREE = 0.017453292519943295
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Errors of sensors, mounting, subject and air. Standard deviations; 0 means none."""
+
+    name: str
+    stated: NoiseFigures
+    """White noise that the recording's set-up declares."""
+    white: bool = True
+    """Whether that white noise is really there."""
+    detector: bool = True
+    """Simulate amplitudes, echoes and confidence; False: exact ranges of all visible pairs."""
+    gyroscope_bias: float = 0.0
+    """At the start, per axis [rad/s]."""
+    gyroscope_drift: float = 0.0
+    """Random walk of the bias [rad/s/sqrt(s)]."""
+    accelerometer_bias: float = 0.0
+    """At the start, per axis [m/s^2]."""
+    accelerometer_drift: float = 0.0
+    """Random walk of the bias [m/s^2/sqrt(s)]."""
+    scale: float = 0.0
+    """Relative, per axis of either sensor."""
+    gyroscope_limit: float = float("inf")
+    """Saturation [rad/s]."""
+    accelerometer_limit: float = float("inf")
+    """Saturation [m/s^2]."""
+    mounting_rotation: float = 0.0
+    """Per axis [rad]."""
+    mounting_slide: float = 0.0
+    """Along the skin, per axis [m]; of sources as well."""
+    mounting_depth: float = 0.0
+    """Along the device's z axis [m]; of sources as well."""
+    rest_pose: float = 0.0
+    """Of the held pose about the declared one, per axis [rad]."""
+    tissue_frequency: float = 0.0
+    """Resonance of a board on soft tissue [Hz]; 0: boards are fixed."""
+    tissue_damping: float = 0.3
+    """Damping ratio of that resonance."""
+    tissue_slide: float = 0.0
+    """Sliding of the skin with the segment's own joint, per axis [m/rad]."""
+    segment_length: float = 0.0
+    """Relative, per segment (left and right alike)."""
+    speed_of_sound: float = 0.0
+    """Relative."""
+    source_offset: float = 0.0
+    """Constant error of each source's ranges [m]."""
+    multipath: float = 0.0
+    """Share of pulses whose echo is taken for the direct sound."""
+    loss: float = 0.0
+    """Share of samples lost."""
+    loss_burst: float = 5.0
+    """Mean number of consecutive samples lost."""
+    clock_offset: float = 0.0
+    """Of each board's stamps [s]."""
+    hearing: HearingFigures = field(default_factory=HearingFigures)
+
+
+_PAPER_NOISE = NoiseFigures(root_position=0.002, root_orientation=0.005)
+
+_IDEAL = Profile(
+    "ideal",
+    # Stated, so that estimators have weights; nothing is added to the readings.
+    NoiseFigures(root_position=1e-4, root_orientation=2e-4),
+    white=False,
+    detector=False,
+)
+_PAPER = Profile("paper", _PAPER_NOISE)
+_FIELD = Profile(
+    "field",
+    _PAPER_NOISE,
+    gyroscope_bias=0.5 * _DEGREE,
+    gyroscope_drift=2e-4,
+    accelerometer_bias=0.15,
+    accelerometer_drift=1e-3,
+    scale=0.01,
+    gyroscope_limit=2000 * _DEGREE,
+    accelerometer_limit=16 * 9.81,
+    mounting_rotation=3 * _DEGREE,
+    mounting_slide=0.010,
+    mounting_depth=0.003,
+    rest_pose=3 * _DEGREE,
+    tissue_frequency=8.0,
+    tissue_slide=0.003,
+    segment_length=0.03,
+    speed_of_sound=0.007,
+    source_offset=0.0023,
+    multipath=0.03,
+    loss=0.01,
+    clock_offset=0.002,
+)
+
+PROFILES: dict[str, Profile] = {p.name: p for p in (_IDEAL, _PAPER, _FIELD)}
+"""The profiles by name."""
+
+
+def profile_named(name: str) -> Profile:
+    """The profile of that name; raises `InputError` with the valid names."""
+    if name not in PROFILES:
+        raise unknown_name("profile", name, PROFILES)
+    return PROFILES[name]

@@ -1,0 +1,77 @@
+"""The range stream: every pulse's detections at all boards."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mocap_jax.recording import RangeStream
+from mocap_jax.simulation.flight import Flights, fly
+from mocap_jax.simulation.hearing import HeardRanges, hear
+from mocap_jax.simulation.options import SimulationOptions
+from mocap_jax.simulation.profiles import Profile
+from mocap_jax.simulation.random_streams import stream
+from mocap_jax.simulation.rig import Rig
+from mocap_jax.simulation.spline import PoseSpline
+from mocap_jax.simulation.suit import Suit
+
+
+def sample_ranges(
+    rig: Rig,
+    spline: PoseSpline,
+    suit: Suit,
+    profile: Profile,
+    options: SimulationOptions,
+    seed: int,
+) -> tuple[RangeStream | None, dict[str, np.ndarray]]:
+    """Ranges of all pulses, in order of emission, and the true acoustic parameters.
+
+    Returns None for a suit without sources.
+    """
+    error = float(np.clip(stream(seed, "speed_of_sound").standard_normal(), -2.5, 2.5))
+    speed = options.speed_of_sound * (1.0 + profile.speed_of_sound * error)
+    parameters = {"speed_of_sound": np.array(speed)}
+    if not suit.sources:
+        return None, parameters
+    # The last pulse must arrive before the motion ends.
+    end = spline.end - options.max_range_m / speed - options.pulse_interval_s
+    flights = fly(
+        rig, spline, end=end, pulse_interval=options.pulse_interval_s, speed_of_sound=speed
+    )
+    offset = profile.source_offset * stream(seed, "source_offset").standard_normal(
+        len(suit.sources)
+    )
+    parameters |= {
+        f"source_offset/{s.name}": x for s, x in zip(suit.sources, offset, strict=True)
+    }
+    heard = _detections(flights, profile, options, seed)
+    distance = heard.path * (options.speed_of_sound / speed) + offset[flights.source][:, None]
+    if profile.white:
+        noise = stream(seed, "range_noise").standard_normal(distance.shape)
+        distance = distance + profile.stated.range * heard.jitter * noise
+    kept = (heard.confidence > 0) & (distance > 0)
+    if profile.loss:
+        kept &= stream(seed, "range_loss").random(distance.shape) >= profile.loss
+    pulse, receiver = np.nonzero(kept)
+    ranges = RangeStream(
+        time=flights.time[pulse],
+        source=flights.source[pulse],
+        receiver=receiver,
+        distance=distance[pulse, receiver],
+        confidence=heard.confidence[pulse, receiver],
+        source_names=suit.source_sites,
+        receiver_names=tuple(b.name for b in suit.boards),
+    )
+    return ranges, parameters
+
+
+def _detections(
+    flights: Flights, profile: Profile, options: SimulationOptions, seed: int
+) -> HeardRanges:
+    if profile.detector:
+        return hear(
+            flights, profile.hearing, stream(seed, "hearing"), max_range=options.max_range_m,
+            multipath=profile.multipath,
+        )  # fmt: skip
+    visible = ~flights.occluded & (flights.cosine > 0) & (flights.distance <= options.max_range_m)
+    ones = np.ones_like(flights.distance)
+    return HeardRanges(flights.distance, ones, visible.astype(float), visible)

@@ -1,0 +1,88 @@
+"""The true body: what the subject's segments and the worn devices really are like."""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from mocap_jax.body import Body, load_body
+from mocap_jax.simulation.mounting import body_elements, numbers
+from mocap_jax.simulation.profiles import Profile
+from mocap_jax.simulation.random_streams import stream
+from mocap_jax.simulation.suit import SOURCE_PREFIX, Suit
+
+Parameters = dict[str, np.ndarray]
+
+
+def true_body(nominal: Body, suit: Suit, profile: Profile, seed: int) -> tuple[Body, Parameters]:
+    """Scale segments and shift devices as the profile says.
+
+    Returns:
+        The true body (the nominal one if nothing differs) and the true parameters:
+        `segment_scale/<segment>`, and per device `mounting_rotation/<site>` (rotation vector with
+        R_segment_true = R_segment_nominal exp(r) [rad]) and `mounting_position/<site>` (added to
+        the scaled position, in the segment's frame [m]).
+    """
+    lengths = stream(seed, "segment_length")
+    names = nominal.topology.body_names[1:]
+    pairs = {n: n.removeprefix("Left").removeprefix("Right") for n in names}
+    factor_of = {
+        p: 1.0 + profile.segment_length * float(np.clip(lengths.standard_normal(), -2.5, 2.5))
+        for p in dict.fromkeys(pairs.values())
+    }
+    scale = {n: factor_of[p] for n, p in pairs.items()}
+    parameters: Parameters = {f"segment_scale/{n}": np.array(f) for n, f in scale.items()}
+    tree = ElementTree.fromstring(nominal.xml)
+    elements = body_elements(tree)
+    for name, element in elements.items():
+        _scale_segment(element, scale[name])
+    sites = {e.get("name"): e for e in tree.iter("site")}
+    for site in (*(b.name for b in suit.boards), *suit.source_sites):
+        turn, shift = _misplace(site, sites[site], profile, seed)
+        parameters[f"mounting_rotation/{site}"] = turn
+        parameters[f"mounting_position/{site}"] = shift
+    unchanged = not (
+        profile.segment_length or profile.mounting_rotation or profile.mounting_slide
+        or profile.mounting_depth
+    )  # fmt: skip
+    if unchanged:
+        return nominal, parameters
+    return load_body(ElementTree.tostring(tree, encoding="unicode")), parameters
+
+
+def _scale_segment(element: ElementTree.Element, factor: float) -> None:
+    """Scale everything fixed to one segment about its origin: joints, shapes, sites, children."""
+    for child in element:
+        if child.tag in ("body", "geom", "site", "joint", "inertial"):
+            _scale_attribute(child, "pos", factor)
+        if child.tag == "geom" and child.get("type") not in ("mesh", "plane", "hfield"):
+            _scale_attribute(child, "fromto", factor)
+            _scale_attribute(child, "size", factor)
+
+
+def _scale_attribute(element: ElementTree.Element, name: str, factor: float) -> None:
+    if (text := element.get(name)) is not None:
+        element.set(name, numbers(factor * float(x) for x in text.split()))
+
+
+def _misplace(
+    name: str, site: ElementTree.Element, profile: Profile, seed: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Shift and turn one device; sources are only shifted (their axis is not critical)."""
+    rng = stream(seed, f"mounting/{name}")
+    turn = profile.mounting_rotation * rng.standard_normal(3)
+    local = rng.standard_normal(3) * [
+        profile.mounting_slide, profile.mounting_slide, profile.mounting_depth,
+    ]  # fmt: skip
+    if name.startswith(SOURCE_PREFIX):
+        turn = np.zeros(3)
+    quat = [float(x) for x in site.get("quat", "1 0 0 0").split()]
+    R_segment_device = Rotation.from_quat(quat, scalar_first=True)
+    shift = R_segment_device.apply(local)
+    position = np.array([float(x) for x in site.get("pos", "0 0 0").split()]) + shift
+    turned = (R_segment_device * Rotation.from_rotvec(turn)).as_quat(scalar_first=True)
+    site.set("pos", numbers(position))
+    site.set("quat", numbers(turned))
+    return turn, shift
