@@ -44,7 +44,7 @@ def to_json(solution: Solution, errors: ErrorTable | None = None) -> dict[str, A
         "remarks": list(solution.remarks),
     }
     if errors is not None:
-        content["errors"] = errors.to_dict()
+        content["errors"] = errors.errors
     return _finite(content)
 
 
@@ -68,7 +68,7 @@ def describe_solution(solution: Solution) -> str:
 
 def comparison_table(errors: Mapping[str, ErrorTable]) -> str:
     """One line a method: mean errors over observed joints, all joints and the paper's three."""
-    tables = {method: table.to_dict() for method, table in errors.items()}
+    tables = {method: table.errors for method, table in errors.items()}
     columns = [c for c in _HEADLINE if any(c[1] in t.get(c[0], {}) for t in tables.values())]
     width = max(len("method"), *(len(name) for name in tables))
     header = "  ".join(title for _, _, title in columns)

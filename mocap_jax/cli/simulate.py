@@ -62,7 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
     suit = load_suit(arguments.sensors) if arguments.sensors else None
     options = SimulationOptions()
     if arguments.cutoff:
-        options = SimulationOptions(cutoff=arguments.cutoff)
+        options = SimulationOptions(cutoff_hz=arguments.cutoff)
     motion = _load_motion(arguments)
     recording = simulate(
         motion, profile=arguments.profile, seed=arguments.seed, suit=suit, options=options

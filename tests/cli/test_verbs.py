@@ -1,0 +1,128 @@
+"""Each verb does its job on a small recording, and says so in the documented form."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from mocap_jax.cli.main import VERBS, build_parser
+from mocap_jax.cli.parser import sensor_kinds
+
+SALVAGED = 3
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_help_has_an_example_that_parses(run, verb):
+    outcome = run(verb, "--help")
+    assert outcome.code == 0 and not outcome.err
+    example = VERBS[verb].EXAMPLE
+    assert example in outcome.out
+    program, *arguments = example.split()
+    assert program == "mocap-jax"
+    assert build_parser().parse_args(arguments).verb == verb
+
+
+def test_top_help_lists_every_verb(run):
+    outcome = run("--help")
+    assert outcome.code == 0
+    assert all(verb in outcome.out for verb in VERBS)
+
+
+@pytest.mark.parametrize("text", ["A,G,D", "a g d", "AGD", "A, G,D,A"])
+def test_sensor_kinds_are_read_in_the_usual_spellings(text):
+    assert sensor_kinds(text) == "AGD"
+
+
+def test_info_names_the_sensors(run, recording_file):
+    outcome = run("info", recording_file)
+    assert outcome.code == 0 and not outcome.err
+    assert "pelvis" in outcome.out and "chest" in outcome.out
+
+
+@pytest.fixture(scope="module")
+def reconstructed(recording, tmp_path_factory) -> Path:
+    """Folder with a filtered solution and its JSON results."""
+    from mocap_jax.cli import main
+    from mocap_jax.io import write_recording
+
+    folder = tmp_path_factory.mktemp("reconstructed")
+    write_recording(folder / "still.mcap", recording)
+    arguments = ["reconstruct", "still.mcap", "--method", "ekf", "--sensors", "A,G"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        assert main([*arguments, "--json", "still.json"]) == 0
+    return folder
+
+
+def test_reconstruct_writes_beside_the_recording(reconstructed):
+    names = {path.name for path in reconstructed.iterdir()}
+    assert names == {"still.mcap", "still.solution.mcap", "still.json"}
+
+
+def test_json_has_the_documented_keys(reconstructed):
+    content = json.loads((reconstructed / "still.json").read_text())
+    assert isinstance(content["status"], str) and content["status"].endswith(".")
+    assert content["frames"] == 181
+    for key, kind in (("seconds_solve", float), ("seconds_compile", float), ("iterations", int)):
+        assert isinstance(content[key], kind)
+    assert isinstance(content["cost"], list)
+    joints = content["errors"]["orientation_error_mean_deg"]
+    assert joints.keys() >= {"T8", "mean", "mean_observed"}
+    assert 0 <= joints["T8"] < 1.0, "at rest the inclination is known from gravity"
+    assert content["observed"] == ["T8"]
+
+
+def test_evaluate_repeats_the_errors_of_reconstruct(run, reconstructed, tmp_path):
+    files = reconstructed / "still.solution.mcap", reconstructed / "still.mcap"
+    outcome = run("evaluate", *files, "--json", tmp_path / "again.json")
+    assert outcome.code == 0
+    again = json.loads((tmp_path / "again.json").read_text())["errors"]
+    first = json.loads((reconstructed / "still.json").read_text())["errors"]
+    for metric, values in first.items():
+        for joint, value in values.items():
+            assert math.isclose(again[metric][joint], value, abs_tol=1e-6), (metric, joint)
+
+
+def test_evaluate_against_itself_is_zero(run, reconstructed, tmp_path):
+    solution = reconstructed / "still.solution.mcap"
+    assert run("evaluate", solution, solution, "--json", tmp_path / "zero.json").code == 0
+    errors = json.loads((tmp_path / "zero.json").read_text())["errors"]
+    assert errors["orientation_error_mean_deg"]["mean"] < 1e-5
+
+
+@pytest.mark.parametrize("suffix", [".bvh", ".csv", ".npz"])
+def test_export_writes_every_format(run, reconstructed, tmp_path, suffix):
+    target = tmp_path / f"motion{suffix}"
+    assert run("export", reconstructed / "still.solution.mcap", "-o", target).code == 0
+    assert target.stat().st_size > 1000
+
+
+def test_report_is_one_page(run, reconstructed, tmp_path):
+    page = tmp_path / "report.html"
+    files = reconstructed / "still.solution.mcap", "--recording", reconstructed / "still.mcap"
+    outcome = run("report", *files, "-o", page)
+    assert outcome.code == 0, outcome.err
+    text = page.read_text(encoding="utf-8")
+    assert "</html>" in text and "T8" in text
+    assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_truncated_recording_gives_a_result_and_says_so(run, reconstructed, tmp_path):
+    whole = (reconstructed / "still.mcap").read_bytes()
+    path = tmp_path / "cut.mcap"
+    path.write_bytes(whole[: int(0.8 * len(whole))])
+    outcome = run("reconstruct", path, "--method", "ekf", "--sensors", "A,G")
+    assert outcome.code == SALVAGED, outcome.err
+    assert len(outcome.error_lines) == 1
+    assert outcome.err.startswith("mocap-jax: warning:") and "cut.mcap" in outcome.err
+    assert (tmp_path / "cut.solution.mcap").is_file()
+
+
+def test_traceback_only_when_asked_for(run, tmp_path):
+    quiet = run("info", tmp_path / "nowhere.mcap")
+    loud = run("info", tmp_path / "nowhere.mcap", "--traceback")
+    assert "Traceback" not in quiet.err and "Traceback" in loud.err
+    assert quiet.code == loud.code == 1

@@ -1,0 +1,232 @@
+"""Wrong input gives one line that names it, the right exit code, and leaves nothing behind."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mocap_jax.io import write_recording
+
+FAILURE, USAGE = 1, 2
+
+
+@pytest.fixture
+def refused(run, tmp_path: Path):
+    """Run, and check that it is refused on one line that holds the given words."""
+
+    def check(arguments: list[object], code: int, *words: str) -> None:
+        before = sorted(tmp_path.rglob("*"))
+        outcome = run(*arguments)
+        assert outcome.code == code, outcome
+        assert len(outcome.error_lines) == 1, outcome.err
+        assert "Traceback" not in outcome.err and "unexpected" not in outcome.err, outcome.err
+        assert outcome.err.startswith("mocap-jax")
+        for word in words:
+            assert word in outcome.err, outcome.err
+        assert sorted(tmp_path.rglob("*")) == before, "something was left behind"
+
+    return check
+
+
+# Arguments
+
+
+def test_no_verb(refused):
+    refused([], USAGE, "VERB")
+
+
+def test_unknown_verb(refused):
+    refused(["reconstuct", "a.mcap"], USAGE, "reconstuct", "reconstruct")
+
+
+def test_unknown_option(refused):
+    refused(["info", "--colour", "a.mcap"], USAGE, "--colour")
+
+
+def test_unknown_sensor_kind(refused, recording_file):
+    refused(["reconstruct", recording_file, "--sensors", "A,Q"], USAGE, "'Q'", "gyroscope")
+
+
+def test_magnetometer_is_refused_by_name(refused, recording_file):
+    refused(["reconstruct", recording_file, "--sensors", "A,G,M"], USAGE, "magnetometer")
+
+
+@pytest.mark.parametrize("method", ["ukf", "optimize"])
+def test_unknown_method(refused, recording_file, method):
+    refused(["reconstruct", recording_file, "--method", method], USAGE, method, "optimise", "ekf")
+
+
+def test_unknown_preset(refused, recording_file):
+    refused(["reconstruct", recording_file, "--preset", "best"], USAGE, "best", "paper")
+
+
+def test_unknown_profile(refused, tmp_path):
+    arguments = ["simulate", "walking", "-o", tmp_path / "a.mcap", "--profile", "real"]
+    refused(arguments, USAGE, "real", "ideal", "paper", "field")
+
+
+@pytest.mark.parametrize("value", ["-3", "fast", "0", "inf"])
+def test_frame_rate_that_is_none(refused, tmp_path, value):
+    arguments = ["simulate", "a.bvh", "-o", tmp_path / "a.mcap", f"--fps={value}"]
+    refused(arguments, USAGE, "--fps", value)
+
+
+def test_unknown_suffix_of_an_export(refused, tmp_path):
+    arguments = ["export", "a.solution.mcap", "-o", tmp_path / "a.fbx"]
+    refused(arguments, USAGE, ".fbx", ".bvh", ".csv", ".npz")
+
+
+def test_file_option_for_a_builtin_motion(refused, tmp_path):
+    arguments = ["simulate", "walking", "--fps", "60", "-o", tmp_path / "a.mcap"]
+    refused(arguments, USAGE, "--fps", "walking")
+
+
+# Files
+
+
+@pytest.mark.parametrize("verb", ["info", "reconstruct"])
+def test_missing_recording(refused, tmp_path, verb):
+    refused([verb, tmp_path / "nowhere.mcap"], FAILURE, "nowhere.mcap")
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04 surely a zip file", b"<mujoco/>" * 50])
+@pytest.mark.parametrize("verb", ["info", "reconstruct"])
+def test_file_that_is_not_mcap(refused, tmp_path, verb, content):
+    path = tmp_path / "other.mcap"
+    path.write_bytes(content)
+    refused([verb, path], FAILURE, "other.mcap")
+
+
+def test_folder_instead_of_a_file(refused, tmp_path):
+    refused(["reconstruct", tmp_path, "-o", tmp_path / "a.mcap"], FAILURE, str(tmp_path))
+
+
+def test_output_folder_that_does_not_exist(refused, recording_file, tmp_path):
+    output = tmp_path / "no" / "such" / "a.mcap"
+    refused(["reconstruct", recording_file, "-o", output], FAILURE, "no/such")
+
+
+def test_output_below_a_file(refused, recording_file):
+    refused(["demo", "-o", recording_file / "below"], FAILURE, "still.mcap")
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_output_folder_without_permission(refused, recording_file, tmp_path):
+    folder = tmp_path / "locked"
+    folder.mkdir(mode=0o500)
+    refused(["reconstruct", recording_file, "-o", folder / "a.mcap"], FAILURE, "locked")
+
+
+def test_recording_where_a_solution_is_wanted(refused, recording_file, tmp_path):
+    arguments = ["export", recording_file, "-o", tmp_path / "a.bvh"]
+    refused(arguments, FAILURE, "still.mcap", "solution")
+
+
+def test_recording_without_any_stream(refused, recording, tmp_path):
+    empty = dataclasses.replace(recording, inertial={}, root=None, truth=None)
+    path = tmp_path / "empty.mcap"
+    write_recording(path, empty)
+    refused(["reconstruct", path], FAILURE, "empty.mcap")
+
+
+def test_time_that_runs_backwards(refused, recording, tmp_path):
+    board = recording.inertial["chest"]
+    time = np.array(board.time)
+    time[60] = time[40]
+    inertial = {**recording.inertial, "chest": dataclasses.replace(board, time=time)}
+    path = tmp_path / "backwards.mcap"
+    write_recording(path, dataclasses.replace(recording, inertial=inertial))
+    refused(["reconstruct", path], FAILURE, "backwards.mcap", "chest")
+
+
+def test_readings_that_are_all_missing(refused, recording, tmp_path):
+    nothing = {
+        name: dataclasses.replace(
+            board,
+            accelerometer=np.full_like(board.accelerometer, np.nan),
+            gyroscope=np.full_like(board.gyroscope, np.nan),
+        )
+        for name, board in recording.inertial.items()
+    }
+    path = tmp_path / "nothing.mcap"
+    write_recording(path, dataclasses.replace(recording, inertial=nothing))
+    refused(["reconstruct", path], FAILURE)
+
+
+def test_given_root_that_is_not_there(refused, recording, tmp_path):
+    path = tmp_path / "rootless.mcap"
+    write_recording(path, dataclasses.replace(recording, root=None))
+    refused(["reconstruct", path, "--root", "given"], USAGE, "rootless.mcap", "/root")
+
+
+# Bodies
+
+
+def test_sensor_without_a_site(refused, recording, tmp_path):
+    body = tmp_path / "other.xml"
+    body.write_text(recording.body_xml.replace('site name="chest"', 'site name="breast"'))
+    path = tmp_path / "still.mcap"
+    write_recording(path, recording)
+    refused(["reconstruct", path, "--body", body], FAILURE, "chest", "breast")
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("<mujoco><worldbody>", "XML"),
+        ("<mujoco><worldbody><body><geom size='1'/></body></worldbody></mujoco>", "joint"),
+        ("<mujoco><worldbody/></mujoco>", "body"),
+        ("<urdf/>", "body.xml"),
+        ("no XML at all", "body.xml"),
+    ],
+)
+def test_body_that_is_none(refused, recording_file, tmp_path, text, word):
+    body = tmp_path / "body.xml"
+    body.write_text(text)
+    refused(["reconstruct", recording_file, "--body", body], FAILURE, "body.xml", word)
+
+
+def test_missing_body(refused, recording_file, tmp_path):
+    arguments = ["reconstruct", recording_file, "--body", tmp_path / "none.xml"]
+    refused(arguments, FAILURE, "none.xml")
+
+
+# Motions and suits
+
+
+def test_motion_that_is_neither_file_nor_builtin(refused, tmp_path):
+    arguments = ["simulate", "dancing", "-o", tmp_path / "a.mcap"]
+    refused(arguments, FAILURE, "dancing", "walking", "routine")
+
+
+def test_motion_of_unknown_format(refused, tmp_path):
+    motion = tmp_path / "a.fbx"
+    motion.write_text("")
+    refused(["simulate", motion, "-o", tmp_path / "a.mcap"], FAILURE, "a.fbx", ".bvh")
+
+
+def test_clip_without_its_skeleton(refused, tmp_path):
+    clip = tmp_path / "07_01.amc"
+    clip.write_text(":FULLY-SPECIFIED\n:DEGREES\n1\nroot 0 0 0 0 0 0\n")
+    refused(["simulate", clip, "-o", tmp_path / "a.mcap"], FAILURE, "07_01.amc", "07.asf")
+
+
+def test_broken_motion(refused, tmp_path):
+    motion = tmp_path / "a.bvh"
+    motion.write_text("HIERARCHY\nROOT Hips\n{\n  OFFSET 0 0\n")
+    refused(["simulate", motion, "-o", tmp_path / "a.mcap"], FAILURE, "a.bvh")
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [("sensors = [", "TOML"), ("sensor = 3\n", "sensors"), ("\x00", "suit.toml")],
+)
+def test_suit_that_is_none(refused, tmp_path, text, word):
+    suit = tmp_path / "suit.toml"
+    suit.write_text(text)
+    arguments = ["simulate", "walking", "--sensors", suit, "-o", tmp_path / "a.mcap"]
+    refused(arguments, FAILURE, "suit.toml", word)
