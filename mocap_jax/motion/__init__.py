@@ -2,10 +2,11 @@
 
 from mocap_jax.motion.asf import body_from_asf
 from mocap_jax.motion.bvh import body_from_bvh
+from mocap_jax.motion.human import human
 from mocap_jax.motion.load import load_motion
 from mocap_jax.motion.motion import Motion
 from mocap_jax.motion.segment_names import XSENS_SEGMENTS, xsens_name
 
 __all__ = [
-    "XSENS_SEGMENTS", "Motion", "body_from_asf", "body_from_bvh", "load_motion", "xsens_name",
+    "XSENS_SEGMENTS", "Motion", "body_from_asf", "body_from_bvh", "human", "load_motion", "xsens_name",
 ]  # fmt: skip

@@ -34,8 +34,8 @@ def load_npz(path: Path, *, fps: float | None = None, skip: int | None = None) -
         time = np.arange(len(time)) / fps
     elif (np.diff(time) <= 0).any():
         raise InputError(f"{path}: time must increase")
-    facts = {"file": path.name, "skipped_frames": skip or 0,
-             "frame_rate_hz": float(1 / np.diff(time).mean()) if len(time) > 1 else 0.0}  # fmt: skip
+    rate = float(1 / np.diff(time).mean()) if len(time) > 1 else 0.0
+    facts = {"file": path.name, "skipped_frames": skip or 0, "frame_rate_hz": rate}
     trajectory = Trajectory(jnp.asarray(time - time[0]), jnp.asarray(q))
     return Motion(path.stem, body, trajectory, facts)
 
