@@ -209,7 +209,12 @@ class _Reader:
     def _all(self, prefix, read):  # type: ignore[no-untyped-def]
         found = {name: self._one(topic, read) for name, topic in
                  self._contents.topics(prefix).items()}  # fmt: skip
-        return {name: stream for name, stream in found.items() if stream is not None}
+        kept = {name: stream for name, stream in found.items() if stream is not None}
+        if self._contents.damage:
+            for name in [n for n, stream in kept.items() if not len(stream.time)]:
+                self._lost.append(f"topic {prefix}{name}: all samples are lost")
+                del kept[name]
+        return kept
 
     def _one(self, topic, read):  # type: ignore[no-untyped-def]
         if topic not in self._contents.channels:

@@ -112,12 +112,15 @@ class McapFile:
                 f"times before 1970 cannot be stored (earliest {stamps.min() / 1e9:.3f} s): give "
                 "the recording an absolute start (start_utc_ns)"
             )
+        # Log times never go backwards within a topic, even where stamps do: the order of a topic's
+        # messages is a fact to be kept (and refused by `validate_recording`), not to be repaired.
+        log = np.concatenate([np.maximum.accumulate(np.asarray(t.stamps_ns)) for t in topics])
         payloads = [p for t in topics for p in t.payloads]
         channels = np.repeat(channel_of, sizes).tolist()
-        stamp_list = stamps.tolist()
+        log_times, stamp_list = log.tolist(), stamps.tolist()
         add = writer.add_message
-        for i in np.argsort(stamps, kind="stable").tolist():
-            add(channels[i], stamp_list[i], payloads[i], stamp_list[i])
+        for i in np.argsort(log, kind="stable").tolist():
+            add(channels[i], log_times[i], payloads[i], stamp_list[i])
 
 
 def _register_schema(writer: Writer, schema: str | type, known: dict[str, int]) -> int:

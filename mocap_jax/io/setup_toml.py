@@ -12,8 +12,8 @@ from typing import Any
 import tomli_w
 
 from mocap_jax.errors import InputError, unknown_name
-from mocap_jax.recording import NoiseFigures, RestHold, SensorSpec, Setup
 from mocap_jax.io.atomic import atomic_file
+from mocap_jax.recording import NoiseFigures, RestHold, SensorSpec, Setup
 
 _KEYS = ("pulse_interval", "speed_of_sound", "score_from", "sources", "noise", "rest", "sensors",
          "provenance")  # fmt: skip

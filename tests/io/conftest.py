@@ -19,6 +19,7 @@ from mocap_jax.recording import (
     TemperatureStream,
     Truth,
 )
+from mocap_jax.solution import Solution, Status
 from mocap_jax.trajectory import Trajectory
 
 XML = """<mujoco>
@@ -114,7 +115,9 @@ def random_recording(body: Body, seed: int = 0, n: int = 400) -> Recording:
         magnetic={"pelvis": MagneticStream(np.arange(20) / 10, rng.normal(size=(20, 3)) * 1e-5)},
         temperature=TemperatureStream(np.array([0.5]), np.array([21.7])),
         truth=Truth(
-            Trajectory(np.arange(n) / 120, random_poses(body, rng, n), rng.normal(size=(n, body.nv))),
+            Trajectory(
+                np.arange(n) / 120, random_poses(body, rng, n), rng.normal(size=(n, body.nv))
+            ),
             XML,
             {"gyroscope_bias/pelvis": rng.normal(size=3), "speed": np.float64(343.2)},
         ),
@@ -122,4 +125,29 @@ def random_recording(body: Body, seed: int = 0, n: int = 400) -> Recording:
         body_xml=XML,
         start_utc_ns=START,
         subject="S. Übung",
+    )
+
+
+def random_solution(body: Body, seed: int = 0, n: int = 60) -> Solution:
+    rng = np.random.default_rng(seed)
+    half = rng.normal(size=(n, body.nv, body.nv))
+    return Solution(
+        trajectory=Trajectory(
+            1.25 + np.arange(n) / 120, random_poses(body, rng, n), rng.normal(size=(n, body.nv))
+        ),
+        body=body,
+        status=Status.UNDETERMINED,
+        method="optimise",
+        setup=random_setup(),
+        remarks=("The heading is free.", "Ümlaut"),
+        covariance=half @ np.swapaxes(half, 1, 2),
+        observed=("RightUpperLeg",),
+        cost=(1 / 3, 0.25),
+        iterations=2,
+        seconds_solve=0.1,
+        seconds_compile=2.5,
+        statistics={"accelerometer/pelvis": {"rms": 1.02, "count": 40}, "root": {"rms": np.nan}},
+        calibration={"gyroscope_bias/pelvis": rng.normal(size=3)},
+        calibration_std={"gyroscope_bias/pelvis": np.array([1e-3, np.inf, 0.1])},
+        options={"kinds": "AGD", "sigmas": (0.1, None), "smooth": True},
     )
