@@ -1,11 +1,13 @@
 """Files: recordings and solutions in MCAP, set-ups in TOML, exports for other programs."""
 
+from mocap_jax.io.describe import describe
+from mocap_jax.io.export import export_motion
 from mocap_jax.io.mcap_recording import read_recording, write_recording
 from mocap_jax.io.mcap_solution import read_solution, write_solution
 from mocap_jax.io.setup_toml import read_setup, setup_from_toml, setup_to_toml, write_setup
 from mocap_jax.io.validate import validate_recording
 
 __all__ = [
-    "read_recording", "read_setup", "read_solution", "setup_from_toml", "setup_to_toml",
-    "validate_recording", "write_recording", "write_setup", "write_solution",
+    "describe", "export_motion", "read_recording", "read_setup", "read_solution", "setup_from_toml",
+    "setup_to_toml", "validate_recording", "write_recording", "write_setup", "write_solution",
 ]  # fmt: skip
