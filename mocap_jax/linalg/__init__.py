@@ -1,6 +1,7 @@
 """Linear algebra of whole-sequence problems."""
 
 from mocap_jax.linalg.arrow import (
+    BorderBlocks,
     ArrowFactor,
     backward,
     corner_covariance,
@@ -13,6 +14,6 @@ from mocap_jax.linalg.arrow import (
 )
 
 __all__ = [
-    "ArrowFactor", "backward", "corner_covariance", "factor", "forward", "marginals", "solve",
+    "ArrowFactor", "BorderBlocks", "backward", "corner_covariance", "factor", "forward", "marginals", "solve",
     "solve_banded", "solve_corner",
 ]  # fmt: skip

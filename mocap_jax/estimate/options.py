@@ -1,0 +1,99 @@
+"""`OptimiseOptions`: every choice of the whole-sequence optimiser, with its default's reason."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from mocap_jax.estimate.sequence.layout import UserResidual
+from mocap_jax.least_squares import SolverOptions
+from mocap_jax.residuals.robust import LossName
+
+
+@dataclass(frozen=True)
+class ConstantsOptions:
+    """Sensor constants solved for with the motion (the border of the normal equations)."""
+
+    gyroscope_bias_sigma: float = 0.01
+    """Prior standard deviation [rad/s] (consumer MEMS after warm-up, about 0.5 deg/s); 0 = off."""
+    accelerometer_bias_sigma: float = 0.1
+    """Prior standard deviation [m/s^2] (10 mg, consumer MEMS); 0 = off."""
+    mounting_sigma: float = 0.05
+    """Prior standard deviation of each mounting rotation component [rad]; 0 = off."""
+    adapt: bool = True
+    """Re-estimate the three figures from the recording (variance components)."""
+
+
+@dataclass(frozen=True)
+class NoiseOptions:
+    """How measurements are whitened; the white figures come from the recording's set-up."""
+
+    lever_arm_sigma: float = 0.005
+    """Uncertainty of sensor positions on their segments, r [m]: adds
+    r^2 (|alpha|^2 + |w|^4) to the variance of accelerations."""
+    adapt: bool = True
+    """Re-estimate a scale (at least 1) of every stream's noise from its residuals, by variance
+    components (Helmert), since unmodelled errors dominate data-sheet noise."""
+    rounds: int = 4
+    """Solves with re-estimated noise in between."""
+    inertial_loss: LossName = "huber"
+    """Robust loss of accelerations, rates and orientations."""
+    inertial_scale: float = 5.0
+    """Its threshold, in standard deviations (norm of three components)."""
+    range_loss: LossName = "cauchy"
+    """Robust loss of ultrasonic ranges (multipath)."""
+    range_scale: float = 3.0
+    """Its threshold, in standard deviations."""
+    range_mu: tuple[float, ...] = (16.0, 4.0, 1.0)
+    """Graduation of `geman_mcclure` over the rounds (Yang et al. 2020)."""
+
+
+@dataclass(frozen=True)
+class PriorOptions:
+    """What is assumed about human motion and poses."""
+
+    smoothness_order: Literal[2, 3] = 2
+    """2: white acceleration; 3: white jerk (one more block of bandwidth)."""
+    smoothness_density: float = 60.0
+    """Spectral density of joint acceleration [rad^2/s^3] (order 2) or jerk [rad^2/s^5] (order 3)."""
+    translation_density: float = 20.0
+    """The same for root translation and slides [m^2/s^3, m^2/s^5]."""
+    rest_sigma: float = 0.05
+    """Declared rest pose: standard deviation of each joint coordinate [rad]."""
+    pose_sigma: float = 2.0
+    """Weak prior on poses around the reference pose [rad, m], per second of recording; it only
+    matters for joints that no sensor observes."""
+    limits: bool = True
+    """Penalise joint coordinates outside their range."""
+    limit_sigma: float = 0.05
+    """Standard deviation of a limit violation, per frame [rad, m]."""
+    limit_softness: float = 0.01
+    """Width of the transition at a limit [rad, m]."""
+
+
+@dataclass(frozen=True)
+class OptimiseOptions:
+    """Options of `optimise`."""
+
+    kinds: str = "AGDO"
+    """Measurements used: A accelerometer, G gyroscope, D distance, O orientation."""
+    root: Literal["auto", "given", "free"] = "auto"
+    """Use the externally measured root pose; "auto" does when the recording has it."""
+    rate_hz: float | None = None
+    """Frame grid; default the highest inertial rate."""
+    stencil: Literal["consistent", "plain"] = "consistent"
+    """Acceleration stencil: fourth order, or the papers' plain second difference."""
+    initial: Literal["ekf", "ekf_smoothed", "orientation"] = "ekf_smoothed"
+    """What makes the initial guess when none is given."""
+    constants: ConstantsOptions = field(default_factory=ConstantsOptions)
+    noise: NoiseOptions = field(default_factory=NoiseOptions)
+    prior: PriorOptions = field(default_factory=PriorOptions)
+    solver: SolverOptions = field(default_factory=SolverOptions)
+    covariance: bool = True
+    """Compute the marginal covariance of every pose."""
+    chunk: int = 128
+    """Frames per traced chunk."""
+    dtype: Literal["float64", "float32"] = "float64"
+    """Precision of residuals and Jacobians; the linear solve is float64."""
+    user_residuals: tuple[UserResidual, ...] = ()
+    """The user's own residuals, see `UserResidual`."""

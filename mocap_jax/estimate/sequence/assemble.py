@@ -1,0 +1,172 @@
+"""The traced part of a whole-sequence iteration: one chunk of frames to its normal equations.
+
+Every chunk has the same shape, so one compilation serves sequences of any length, and memory
+beyond the band matrix itself does not grow with it.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import Float
+
+from mocap_jax.body import Body
+from mocap_jax.estimate.sequence import inertial_terms, pose_terms, range_terms
+from mocap_jax.estimate.sequence.composite import joint_block, joint_border, joint_gradient
+from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
+from mocap_jax.estimate.sequence.window import Window, kinematics, sensor_dofs
+
+
+class ChunkSystem(NamedTuple):
+    """Normal equations J'J x = -J'r of one chunk of c frames."""
+
+    lower: Float[Array, "c b+1 nv nv"]
+    """[k, o]: block (k + o, k)."""
+    gradient: Float[Array, "c nv"]
+    border: Float[Array, "c s 6 9"]
+    """Compact border: see `chunk_border`."""
+    screws: Float[Array, "c 6 nv"]
+    corner: Float[Array, "s 9 9"]
+    corner_gradient: Float[Array, "s 9"]
+    cost: Float[Array, ""]
+
+
+def _core(layout: Layout, q: Array) -> slice:
+    return slice(layout.halo, q.shape[0] - layout.halo)
+
+
+def _cost(
+    layout: Layout, body: Body, w: Window, q: Array, constants: Constants, terms: Terms,
+    weights: Weights,
+) -> tuple[dict[str, Array], tuple]:  # fmt: skip
+    """Squared whitened residuals of the core by kind, and the residuals themselves."""
+    core = _core(layout, q)
+    inertial = inertial_terms.residuals(layout, w, constants, terms, weights, body.gravity)
+    kinds = inertial_terms.losses(layout, inertial, terms, weights, core)
+    ranges = None
+    if layout.use_range:
+        ranges = range_terms.residuals(w, terms)
+        kinds["range"] = range_terms.losses(layout, ranges, terms, weights, core)
+    pose = pose_terms.residuals(layout, body, q, terms, weights)
+    kinds |= pose_terms.losses(layout, pose, terms, core)
+    for user, data, mask in zip(layout.user, terms.user_data, terms.user_mask, strict=True):
+        values = pose_terms.user_values(layout, body, user, q, data, mask)
+        kinds[user.name] = (values[core] ** 2).sum(-1)
+    return kinds, (inertial, ranges, pose)
+
+
+@partial(jax.jit, static_argnums=0)
+def chunk_losses(
+    layout: Layout, body: Body, q: Array, constants: Constants, terms: Terms, weights: Weights
+) -> dict[str, Array]:
+    """Robust squared whitened residuals of the core frames, by kind (not halved)."""
+    w = kinematics(layout, body, q, constants)
+    return _cost(layout, body, w, q, constants, terms, weights)[0]
+
+
+@partial(jax.jit, static_argnums=0)
+def chunk_cost(
+    layout: Layout, body: Body, q: Array, constants: Constants, terms: Terms, weights: Weights
+) -> Float[Array, ""]:
+    """Half the sum of robust squared whitened residuals of the core frames."""
+    kinds = chunk_losses(layout, body, q, constants, terms, weights)
+    return 0.5 * sum(x.sum() for x in kinds.values())
+
+
+@partial(jax.jit, static_argnums=0)
+def chunk_gate(
+    layout: Layout, body: Body, q: Array, constants: Constants, terms: Terms
+) -> Float[Array, "c k"]:
+    """The gate w_a of the core frames at the poses q."""
+    w = kinematics(layout, body, q, constants)
+    return range_terms.gate(w, terms)[_core(layout, q)]
+
+
+@partial(jax.jit, static_argnums=0)
+def chunk_residuals(
+    layout: Layout, body: Body, q: Array, constants: Constants, terms: Terms, weights: Weights
+) -> dict[str, Array]:
+    """Plain (not whitened) measurement residuals of the core frames, by kind."""
+    core = _core(layout, q)
+    w = kinematics(layout, body, q, constants)
+    r = inertial_terms.residuals(layout, w, constants, terms, weights, body.gravity)
+    shifted = slice(core.start - 1, core.stop - 1)
+    out = {
+        "accelerometer": r.acceleration[shifted],
+        "gyroscope": r.rate[core],
+        "orientation": r.orientation[core],
+    }
+    if layout.use_range:
+        out["range"] = range_terms.residuals(w, terms).residual[shifted]
+    return out
+
+
+@partial(jax.jit, static_argnums=0)
+def assemble_chunk(
+    layout: Layout, body: Body, q: Array, constants: Constants, terms: Terms, weights: Weights
+) -> ChunkSystem:
+    """Normal equations of the core frames of one chunk."""
+    core = _core(layout, q)
+    w = kinematics(layout, body, q, constants)
+    kinds, (inertial, ranges, pose) = _cost(layout, body, w, q, constants, terms, weights)
+    info = inertial_terms.information(layout, w, constants, terms, weights, inertial, core)
+    mask = sensor_dofs(layout)
+    blocks = [
+        joint_block(layout.topology, mask, block, _later(w, core, o), w.screws[core])
+        for o, block in enumerate(info.blocks)
+    ]
+    blocks += [jnp.zeros_like(blocks[0])] * (layout.half_bandwidth + 1 - len(blocks))
+    gradient = joint_gradient(mask, info.gradient, w.screws[core])
+    if ranges is not None:
+        (square, coupling), slope = range_terms.normal_blocks(
+            layout, w, ranges, terms, weights, core
+        )
+        blocks[0], blocks[1] = blocks[0] + square, blocks[1] + coupling
+        gradient = gradient + slope
+    blocks, gradient = pose_terms.add_normal_blocks(
+        layout, body, blocks, gradient, pose, terms, weights, core
+    )
+    blocks, gradient = pose_terms.add_user_blocks(layout, body, blocks, gradient, q, terms, core)
+    cost = 0.5 * sum(x.sum() for x in kinds.values())
+    return ChunkSystem(
+        jnp.stack(blocks, axis=1), gradient, info.border, w.screws[core],
+        info.constants, info.constants_gradient, cost,
+    )  # fmt: skip
+
+
+def _later(w: Window, core: slice, offset: int) -> Array:
+    return w.screws[core.start + offset : core.stop + offset]
+
+
+@partial(jax.jit, static_argnums=0)
+def chunk_border(layout: Layout, border: Array, screws: Array) -> Float[Array, "c m nv"]:
+    """Blocks of B' of a chunk, from its compact border."""
+    return joint_border(sensor_dofs(layout), border, screws)
+
+
+def cut(tree: Terms, layout: Layout, index: int) -> Terms:
+    """Chunk `index` with its halo, from arrays padded by the halo in front."""
+    first = index * layout.chunk
+    last = first + layout.chunk + 2 * layout.halo
+    sliced = jax.tree.map(lambda x: x[first:last], (tree.user_data, tree.user_mask))
+    fields = {}
+    for name in tree.__dataclass_fields__:
+        value = getattr(tree, name)
+        if name in ("user_data", "user_mask"):
+            continue
+        by_frame = name not in ("reference", "reference_information")
+        fields[name] = value[first:last] if by_frame else value[:, first:last]
+    return Terms(**fields, user_data=sliced[0], user_mask=sliced[1])
+
+
+def pad_frames(x: np.ndarray, layout: Layout, chunks: int, axis: int, *, edge: bool) -> np.ndarray:
+    """Pad the frame axis by the halo in front and up to whole chunks plus a halo behind."""
+    total = chunks * layout.chunk + 2 * layout.halo
+    widths = [(0, 0)] * x.ndim
+    widths[axis] = (layout.halo, total - layout.halo - x.shape[axis])
+    return np.pad(x, widths, mode="edge" if edge else "constant")

@@ -1,0 +1,294 @@
+"""Inertial residuals of a chunk, and the information they give about each sensor's motion.
+
+A residual depends on the pose only through the twist of its sensor in a few frames. So its
+information is first gathered as 6x6 blocks per sensor and pair of frames, all kinds together; the
+step to joint coordinates (`composite`) is then the same for all and touches each pair of degrees
+of freedom once.
+
+In twist coordinates (linear, angular about the chunk's origins) the Jacobian of an acceleration
+residual by frame j is [alpha_j I, skew(y_j)], y_j = x_j - alpha_j p_j; that of a rate residual
+[0, -+turn].
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+from jax import Array
+from jaxtyping import Float
+
+from mocap_jax import so3
+from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
+from mocap_jax.estimate.sequence.window import Window
+from mocap_jax.residuals.inertial import (
+    acceleration_jacobian,
+    log_below_pi,
+    rate_jacobian,
+)
+from mocap_jax.residuals.robust import loss, weight
+
+
+class InertialResiduals(NamedTuple):
+    """Residuals by centre frame, and the kinematic parts that their Jacobians reuse."""
+
+    acceleration: Float[Array, "n-2 s 3"]
+    """Centres 1 .. n - 2."""
+    rate: Float[Array, "n-1 s 3"]
+    """Intervals 0 .. n - 2."""
+    turned: Float[Array, "n-1 s 3"]
+    orientation: Float[Array, "n s 3"]
+
+
+class SiteInformation(NamedTuple):
+    """J'WJ and J'Wr per sensor of the core frames of a chunk."""
+
+    blocks: tuple[Float[Array, "c s 6 6"], ...]
+    """[o]: rows twist at frame k + o, columns twist at frame k."""
+    gradient: Float[Array, "c s 6"]
+    border: Float[Array, "c s 6 9"]
+    """Rows twist at frame k, columns the sensor's constants."""
+    constants: Float[Array, "s 9 9"]
+    constants_gradient: Float[Array, "s 9"]
+
+
+def residuals(
+    layout: Layout, w: Window, constants: Constants, terms: Terms, weights: Weights, gravity: Array
+) -> InertialResiduals:
+    """All inertial residuals of a chunk (see `residuals.inertial` for the plain functions)."""
+    h = weights.step
+    force = so3.matvec3(w.rotation, terms.force - constants.accelerometer_bias)
+    c = layout.force_weights
+    measured = c[0] * force[:-2] + c[1] * force[1:-1] + c[2] * force[2:]
+    second = (w.position[:-2] - 2 * w.position[1:-1] + w.position[2:]) / h**2
+    turned = log_below_pi(so3.matmul3(jnp.swapaxes(w.rotation[:-1], -1, -2), w.rotation[1:]))
+    rate = terms.rate - constants.gyroscope_bias
+    coning = so3.cross(rate[:-1], rate[1:])
+    orientation = jnp.zeros_like(w.position)
+    if layout.use_orientation:
+        relative = so3.matmul3(jnp.swapaxes(terms.orientation, -1, -2), w.rotation)
+        orientation = so3.log(relative)
+    mean = terms.mean_rate[:-1] - constants.gyroscope_bias
+    return InertialResiduals(
+        second - measured - gravity, turned / h - mean - h / 12 * coning, turned, orientation
+    )
+
+
+def _squared(residual: Array, information: Array) -> Array:
+    return information * (residual * residual).sum(axis=-1)
+
+
+def losses(
+    layout: Layout, r: InertialResiduals, terms: Terms, weights: Weights, core: slice
+) -> dict[str, Float[Array, "c s"]]:
+    """Robust squared whitened norms of the residuals centred in the core, by kind."""
+    start, stop = core.start, core.stop
+    cut = {
+        "accelerometer": (r.acceleration[start - 1 : stop - 1], terms.force_information[core]),
+        "gyroscope": (r.rate[core], terms.rate_information[core]),
+        "orientation": (r.orientation[core], terms.orientation_information[core]),
+    }
+    return {
+        kind: loss(layout.inertial_loss, _squared(*pair), weights.inertial_scale)
+        for kind, pair in cut.items()
+    }
+
+
+def _robust(layout: Layout, residual: Array, information: Array, weights: Weights) -> Array:
+    squared = _squared(residual, information)
+    return information * weight(layout.inertial_loss, squared, weights.inertial_scale)
+
+
+def information(
+    layout: Layout,
+    w: Window,
+    constants: Constants,
+    terms: Terms,
+    weights: Weights,
+    r: InertialResiduals,
+    core: slice,
+) -> SiteInformation:
+    """Gather the information of all inertial residuals that touch the core frames."""
+    size = core.stop - core.start
+    sensors = w.position.shape[1]
+    blocks = [jnp.zeros((size, sensors, 6, 6), w.position.dtype) for _ in range(3)]
+    gradient = jnp.zeros((size, sensors, 6), w.position.dtype)
+    border = jnp.zeros((size, sensors, 6, 9), w.position.dtype)
+    corner = jnp.zeros((sensors, 9, 9), w.position.dtype)
+    corner_gradient = jnp.zeros((sensors, 9), w.position.dtype)
+    total = SiteInformation(tuple(blocks), gradient, border, corner, corner_gradient)
+    if layout.use_acceleration:
+        total = _add_acceleration(layout, total, w, constants, terms, weights, r, core)
+    if layout.use_rate:
+        total = _add_rate(layout, total, w, constants, terms, weights, r, core)
+    if layout.use_orientation:
+        total = _add_orientation(layout, total, w, terms, weights, r, core)
+    return total
+
+
+def _stack(ll: Array, lw: Array, wl: Array, ww: Array) -> Array:
+    """6x6 blocks from their 3x3 parts (linear, angular)."""
+    top = jnp.concatenate([ll, lw], axis=-1)
+    return jnp.concatenate([top, jnp.concatenate([wl, ww], axis=-1)], axis=-2)
+
+
+def _columns(gyroscope: Array | None, accelerometer: Array | None, mounting: Array) -> Array:
+    """(..., 3, 9) Jacobian by a sensor's constants."""
+    zero = jnp.zeros_like(mounting)
+    parts = [zero if gyroscope is None else gyroscope]
+    parts += [zero if accelerometer is None else accelerometer, mounting]
+    return jnp.concatenate(parts, axis=-1)
+
+
+def _matmul(a: Array, b: Array) -> Array:
+    """Batched product with a short contraction, as multiply-sum."""
+    return (a[..., :, :, None] * b[..., None, :, :]).sum(axis=-2)
+
+
+def _transpose(a: Array) -> Array:
+    return jnp.swapaxes(a, -1, -2)
+
+
+def _outer(a: Array, b: Array) -> Array:
+    return a[..., :, None] * b[..., None, :]
+
+
+def _add_acceleration(
+    layout: Layout,
+    total: SiteInformation,
+    w: Window,
+    constants: Constants,
+    terms: Terms,
+    weights: Weights,
+    r: InertialResiduals,
+    core: slice,
+) -> SiteInformation:
+    force = terms.force - constants.accelerometer_bias
+    jacobian = acceleration_jacobian(
+        (w.rotation[:-2], w.rotation[1:-1], w.rotation[2:]),
+        (force[:-2], force[1:-1], force[2:]),
+        weights.step,
+        layout.force_weights,
+    )
+    info = _robust(layout, r.acceleration, terms.force_information[1:-1], weights)
+    relative = w.position - w.origin[:, None, :]
+    alpha = jacobian.alpha
+    n = w.position.shape[0]
+    y = [jacobian.turn[j] - alpha[j] * relative[j : n - 2 + j] for j in range(3)]
+    start, size = core.start, core.stop - core.start
+    eye = jnp.eye(3, dtype=info.dtype)
+
+    def centred(x: Array, offset: int) -> Array:
+        """Rows of x (by centre) whose window has core frame k at place `offset` (-1, 0, 1)."""
+        first = start - offset - 1
+        return x[first : first + size]
+
+    blocks = list(total.blocks)
+    for later in range(3):
+        for earlier in range(later + 1):
+            place = earlier - 1
+            wt = centred(info, place)
+            y_l, y_e = centred(y[later], place), centred(y[earlier], place)
+            ll = (wt * alpha[later] * alpha[earlier])[..., None, None] * eye
+            lw = so3.skew((wt * alpha[later])[..., None] * y_e)
+            wl = -so3.skew((wt * alpha[earlier])[..., None] * y_l)
+            dot = (wt * (y_l * y_e).sum(-1))[..., None, None] * eye
+            ww = dot - _outer(wt[..., None] * y_e, y_l)
+            blocks[later - earlier] = blocks[later - earlier] + _stack(ll, lw, wl, ww)
+    gradient, border = total.gradient, total.border
+    columns = _columns(None, jacobian.bias, jacobian.mounting)
+    weighted = info[..., None] * r.acceleration
+    for j in range(3):
+        force_j = alpha[j] * centred(weighted, j - 1)
+        moment_j = so3.cross(centred(weighted, j - 1), centred(y[j], j - 1))
+        gradient = gradient + jnp.concatenate([force_j, moment_j], axis=-1)
+        if layout.use_border:
+            cols = centred(info[..., None, None] * columns, j - 1)
+            angular = _matmul(_transpose(so3.skew(centred(y[j], j - 1))), cols)
+            border = border + jnp.concatenate([alpha[j] * cols, angular], axis=-2)
+    corner, corner_gradient = _corner(layout, total, columns, info, r.acceleration, start - 1, size)
+    return SiteInformation(tuple(blocks), gradient, border, corner, corner_gradient)
+
+
+def _corner(
+    layout: Layout,
+    total: SiteInformation,
+    columns: Array,
+    info: Array,
+    residual: Array,
+    first: int,
+    size: int,
+) -> tuple[Array, Array]:
+    """Add J'WJ and J'Wr by the constants over residuals first .. first + size."""
+    if not layout.use_border:
+        return total.constants, total.constants_gradient
+    c, wt, r = (x[first : first + size] for x in (columns, info, residual))
+    square = jnp.einsum("nsap,ns,nsaq->spq", c, wt, c)
+    slope = jnp.einsum("nsap,ns,nsa->sp", c, wt, r)
+    return total.constants + square, total.constants_gradient + slope
+
+
+def _add_rate(
+    layout: Layout,
+    total: SiteInformation,
+    w: Window,
+    constants: Constants,
+    terms: Terms,
+    weights: Weights,
+    r: InertialResiduals,
+    core: slice,
+) -> SiteInformation:
+    rate = terms.rate - constants.gyroscope_bias
+    jacobian = rate_jacobian(
+        (w.rotation[:-1], w.rotation[1:]), r.turned, (rate[:-1], rate[1:]), weights.step
+    )
+    info = _robust(layout, r.rate, terms.rate_information[:-1], weights)
+    weighted_turn = info[..., None, None] * jacobian.turn
+    square = _matmul(_transpose(jacobian.turn), weighted_turn)
+    pull = (weighted_turn * r.rate[..., :, None]).sum(axis=-2)
+    here, before = slice(core.start, core.stop), slice(core.start - 1, core.stop - 1)
+    zero = jnp.zeros_like(square[here])
+    angular = lambda x: _stack(zero, zero, zero, x)  # noqa: E731
+    # Interval k joins frames k (Jacobian -turn) and k + 1 (+turn).
+    blocks = list(total.blocks)
+    blocks[0] = blocks[0] + angular(square[here] + square[before])
+    blocks[1] = blocks[1] - angular(square[here])
+    moment = pull[before] - pull[here]
+    gradient = total.gradient.at[..., 3:].add(moment)
+    border = total.border
+    columns = _columns(jacobian.bias, None, jacobian.mounting)
+    if layout.use_border:
+        coupled = _matmul(_transpose(weighted_turn), columns)
+        border = border.at[..., 3:, :].add(coupled[before] - coupled[here])
+    size = core.stop - core.start
+    corner, corner_gradient = _corner(layout, total, columns, info, r.rate, core.start, size)
+    return SiteInformation(tuple(blocks), gradient, border, corner, corner_gradient)
+
+
+def _add_orientation(
+    layout: Layout,
+    total: SiteInformation,
+    w: Window,
+    terms: Terms,
+    weights: Weights,
+    r: InertialResiduals,
+    core: slice,
+) -> SiteInformation:
+    residual = r.orientation[core]
+    info = _robust(layout, residual, terms.orientation_information[core], weights)
+    inverse = so3.right_jacobian_inverse(residual)
+    turn = so3.matmul3(inverse, _transpose(w.rotation[core]))
+    weighted_turn = info[..., None, None] * turn
+    square = _matmul(_transpose(turn), weighted_turn)
+    zero = jnp.zeros_like(square)
+    blocks = list(total.blocks)
+    blocks[0] = blocks[0] + _stack(zero, zero, zero, square)
+    pull = (weighted_turn * residual[..., :, None]).sum(axis=-2)
+    gradient = total.gradient.at[..., 3:].add(pull)
+    border = total.border
+    columns = _columns(None, None, inverse)
+    if layout.use_border:
+        border = border.at[..., 3:, :].add(_matmul(_transpose(weighted_turn), columns))
+    size = core.stop - core.start
+    corner, corner_gradient = _corner(layout, total, columns, info, residual, 0, size)
+    return SiteInformation(tuple(blocks), gradient, border, corner, corner_gradient)

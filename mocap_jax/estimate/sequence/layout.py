@@ -1,0 +1,127 @@
+"""Static and numeric description of one whole-sequence problem, cut into equal chunks of frames."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import jax
+from jax import Array
+from jaxtyping import Float, Int
+
+from mocap_jax.body import Topology
+
+CONSTANTS_PER_SENSOR = 9
+"""Border columns of a sensor: gyroscope bias, accelerometer bias, mounting rotation."""
+
+
+@dataclass(frozen=True)
+class UserResidual:
+    """A residual of the user's own: a plain function of a window of poses.
+
+    `function(body, q_window, data) -> (m,)` is already whitened; `q_window` has shape (w, nq) and
+    holds frames k .. k + w - 1; `data` is the row k of `data` (any pytree of arrays).
+    """
+
+    name: str
+    function: Callable[..., Array]
+    window: int = 1
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What decides the shape of the traced graph; hashable."""
+
+    topology: Topology
+    sites: tuple[int, ...]
+    """Site of each sensor."""
+    range_sites: tuple[int, ...]
+    """Sites that appear in ranges (sources and receivers)."""
+    root_body: int
+    use_acceleration: bool
+    use_rate: bool
+    use_orientation: bool
+    use_range: bool
+    use_border: bool
+    force_weights: tuple[float, float, float]
+    smoothness_order: int
+    inertial_loss: str
+    range_loss: str
+    user: tuple[UserResidual, ...] = ()
+    chunk: int = 128
+
+    @property
+    def half_bandwidth(self) -> int:
+        """Frames that the normal equations couple on either side."""
+        user = max((r.window - 1 for r in self.user), default=0)
+        return max(2, self.smoothness_order, user)
+
+    @property
+    def halo(self) -> int:
+        """Frames beyond a chunk that its equations need on either side."""
+        return self.half_bandwidth
+
+    @property
+    def constants(self) -> int:
+        """Number of border unknowns."""
+        return CONSTANTS_PER_SENSOR * len(self.sites) if self.use_border else 0
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Constants:
+    """The unknowns that do not change over the sequence."""
+
+    gyroscope_bias: Float[Array, "s 3"]
+    """[rad/s]"""
+    accelerometer_bias: Float[Array, "s 3"]
+    """[m/s^2]"""
+    mounting: Float[Array, "s 3 3"]
+    """R_site_sensor."""
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Terms:
+    """Measurements and information (inverse variances, zero where absent) of every frame.
+
+    All arrays have t frames first; `Problem` pads them so that chunks with halos can be cut.
+    Row k holds the residual centred at frame k (rates: the interval k to k + 1).
+    """
+
+    force: Float[Array, "t s 3"]
+    force_information: Float[Array, "t s"]
+    rate: Float[Array, "t s 3"]
+    mean_rate: Float[Array, "t s 3"]
+    rate_information: Float[Array, "t s"]
+    orientation: Float[Array, "t s 3 3"]
+    orientation_information: Float[Array, "t s"]
+    range_distance: Float[Array, "t k"]
+    range_information: Float[Array, "t k"]
+    range_source: Int[Array, "t k"]
+    """Position in `Layout.range_sites`."""
+    range_receiver: Int[Array, "t k"]
+    range_lead: Float[Array, "t k"]
+    range_flight: Float[Array, "t k"]
+    reference: Float[Array, "2 t nq"]
+    """Reference poses: measured root and declared rest pose; weak prior pose."""
+    reference_information: Float[Array, "2 t nv"]
+    smoothness_information: Float[Array, "t nv"]
+    """Row k: the difference whose window starts at frame k - 1 (order 2) or k - 1 (order 3)."""
+    limit_information: Float[Array, "t"]
+    user_data: tuple = ()
+    user_mask: tuple = ()
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Weights:
+    """Numbers a solve may change without tracing again."""
+
+    step: Float[Array, ""]
+    inertial_scale: Float[Array, ""]
+    """Whitened norm beyond which an inertial residual is an outlier."""
+    range_scale: Float[Array, ""]
+    range_mu: Float[Array, ""]
+    """Graduation of Geman-McClure."""
+    limit_softness: Float[Array, ""]

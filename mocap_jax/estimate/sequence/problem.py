@@ -1,0 +1,230 @@
+"""`SequenceProblem`: a whole-sequence least-squares problem as the solver sees it.
+
+The state is all poses and the sensors' constants. The solver asks for the cost, for the normal
+equations, and for the state after a step; this file runs the traced chunks and keeps the books.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from mocap_jax import so3
+from mocap_jax.body import Body, retract
+from mocap_jax.estimate.sequence.assemble import (
+    ChunkSystem,
+    assemble_chunk,
+    chunk_border,
+    chunk_cost,
+    chunk_gate,
+    chunk_residuals,
+    cut,
+    pad_frames,
+)
+from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
+from mocap_jax.least_squares import NormalEquations
+
+
+@dataclass(frozen=True)
+class State:
+    """The unknowns: poses (t, nq) and sensor constants."""
+
+    q: Float[np.ndarray, "t nq"]
+    constants: Constants
+
+
+class Border:
+    """Blocks of B' by frame, made chunk by chunk when asked for in order."""
+
+    def __init__(self, layout: Layout, compact: list[tuple[np.ndarray, np.ndarray]]) -> None:
+        self._layout = layout
+        self._compact = compact
+        self._chunk = -1
+        self._blocks = np.zeros((0, 0, 0))
+
+    def __call__(self, k: int) -> np.ndarray:
+        index, row = divmod(k, self._layout.chunk)
+        if index != self._chunk:
+            self._blocks = np.asarray(chunk_border(self._layout, *self._compact[index]))
+            self._chunk = index
+        return self._blocks[row]
+
+
+class SequenceProblem:
+    """Cost, normal equations and retraction of one sequence."""
+
+    def __init__(
+        self,
+        layout: Layout,
+        body: Body,
+        terms: Terms,
+        weights: Weights,
+        prior_information: Float[np.ndarray, "s 9"],
+        dtype: np.dtype = np.dtype(np.float64),
+    ) -> None:
+        """Args:
+        layout: shape of the problem.
+        body: the body, sites included.
+        terms: measurements of t frames, without NaN.
+        weights: scalars.
+        prior_information: inverse variances of the sensors' constants about zero.
+        dtype: of the traced part; the linear solve is always float64.
+        """
+        self.frames = terms.force.shape[0]
+        self.chunks = -(-self.frames // layout.chunk)
+        self.dtype = dtype
+        self.layout = layout
+        self.body = _cast(body, dtype)
+        self.weights = _cast(weights, dtype)
+        self.prior_information = prior_information
+        self._terms = self._pad(terms)
+        self._lower: np.ndarray | None = None
+        self._retract = jax.jit(jax.vmap(lambda a, d: retract(layout.topology, a, d)))
+
+    @property
+    def unknowns(self) -> int:
+        """Number of scalar unknowns."""
+        return self.frames * self.layout.topology.nv + self.layout.constants
+
+    def replace_terms(self, **changes: np.ndarray) -> None:
+        """Exchange measurement or information arrays of (t, ...) frames."""
+        padded = {
+            name: _cast(pad_frames(value, self.layout, self.chunks, _frame_axis(name), edge=False), self.dtype)
+            for name, value in changes.items()
+        }  # fmt: skip
+        self._terms = dataclasses.replace(self._terms, **padded)
+
+    def _pad(self, terms: Terms) -> Terms:
+        out = {}
+        for field in dataclasses.fields(Terms):
+            edge = field.name in ("reference", "orientation")
+            axis = _frame_axis(field.name)
+            pad = lambda x, axis=axis, edge=edge: _cast(  # noqa: E731
+                pad_frames(np.asarray(x), self.layout, self.chunks, axis, edge=edge), self.dtype
+            )
+            out[field.name] = jax.tree.map(pad, getattr(terms, field.name))
+        return Terms(**out)
+
+    def _inputs(self, state: State) -> Iterator[tuple]:
+        """Arguments of the traced functions, chunk by chunk."""
+        q = _cast(pad_frames(state.q, self.layout, self.chunks, 0, edge=True), self.dtype)
+        constants = _cast(state.constants, self.dtype)
+        for i in range(self.chunks):
+            first = i * self.layout.chunk
+            rows = q[first : first + self.layout.chunk + 2 * self.layout.halo]
+            yield self.body, rows, constants, cut(self._terms, self.layout, i)
+
+    def cost(self, state: State) -> float:
+        """Half the sum of robust squared whitened residuals, priors included."""
+        parts = [chunk_cost(self.layout, *a, self.weights) for a in self._inputs(state)]
+        return float(sum(float(p) for p in parts)) + self._prior(state.constants)[0]
+
+    def linearise(self, state: State) -> NormalEquations:
+        """Cost, gradient and block-banded normal equations at a state."""
+        width, nv = self.layout.half_bandwidth + 1, self.layout.topology.nv
+        if self._lower is None:
+            self._lower = np.empty((self.chunks * self.layout.chunk, width, nv, nv))
+        gradient = np.empty((self.chunks * self.layout.chunk, nv))
+        compact: list[tuple[np.ndarray, np.ndarray]] = []
+        sensors = len(self.layout.sites)
+        corner, slope, cost = np.zeros((sensors, 9, 9)), np.zeros((sensors, 9)), 0.0
+        for first, out in self._systems(state):
+            rows = slice(first, first + self.layout.chunk)
+            self._lower[rows] = out.lower
+            gradient[rows] = out.gradient
+            corner += np.asarray(out.corner, float)
+            slope += np.asarray(out.corner_gradient, float)
+            cost += float(out.cost)
+            compact.append((np.asarray(out.border), np.asarray(out.screws)))
+        prior_cost, prior_slope, prior_square = self._prior(state.constants)
+        lower, gradient = self._lower[: self.frames], gradient[: self.frames]
+        if not self.layout.use_border:
+            return NormalEquations(cost, lower, gradient, None, np.zeros(0), None)
+        dense = _block_diagonal(corner + prior_square)
+        border = Border(self.layout, compact)
+        return NormalEquations(
+            cost + prior_cost, lower, gradient, dense, (slope + prior_slope).ravel(), border
+        )
+
+    def _systems(self, state: State) -> Iterator[tuple[int, ChunkSystem]]:
+        """Chunk systems in order; the next one is computed while the caller copies this one."""
+        pending: list[tuple[int, ChunkSystem]] = []
+        for i, arguments in enumerate(self._inputs(state)):
+            out = assemble_chunk(self.layout, *arguments, self.weights)
+            pending.append((i * self.layout.chunk, out))
+            if len(pending) > 1:
+                yield pending.pop(0)
+        yield from pending
+
+    def move(
+        self, state: State, step: Float[np.ndarray, "t nv"], constants: Float[np.ndarray, "m"]
+    ) -> State:
+        """The state after a step in the tangent space."""
+        q = np.asarray(self._retract(jnp.asarray(state.q), jnp.asarray(step)))
+        if not self.layout.use_border:
+            return State(q, state.constants)
+        d = constants.reshape(-1, 9)
+        c = state.constants
+        moved = Constants(
+            np.asarray(c.gyroscope_bias) + d[:, :3],
+            np.asarray(c.accelerometer_bias) + d[:, 3:6],
+            np.asarray(so3.matmul3(jnp.asarray(c.mounting), so3.exp(jnp.asarray(d[:, 6:])))),
+        )
+        return State(q, moved)
+
+    def _prior(self, constants: Constants) -> tuple[float, np.ndarray, np.ndarray]:
+        """Cost, gradient (s, 9) and curvature (s, 9, 9) of the priors on the constants."""
+        sensors = len(self.layout.sites)
+        if not self.layout.use_border:
+            return 0.0, np.zeros((sensors, 9)), np.zeros((sensors, 9, 9))
+        turn = so3.log(jnp.asarray(constants.mounting))
+        values = np.concatenate(
+            [constants.gyroscope_bias, constants.accelerometer_bias, np.asarray(turn)], axis=1
+        )
+        jacobian = np.tile(np.eye(9), (sensors, 1, 1))
+        jacobian[:, 6:, 6:] = np.asarray(so3.right_jacobian_inverse(turn))
+        weighted = self.prior_information[:, :, None] * jacobian
+        gradient = np.einsum("sij,si->sj", weighted, values)
+        square = np.einsum("sij,sik->sjk", jacobian, weighted)
+        return 0.5 * float((self.prior_information * values**2).sum()), gradient, square
+
+    def gate(self, state: State) -> np.ndarray:
+        """The gate w_a of every range at a state, (t, k)."""
+        parts = [np.asarray(chunk_gate(self.layout, *a)) for a in self._inputs(state)]
+        return np.concatenate(parts)[: self.frames]
+
+    def residuals(self, state: State) -> dict[str, np.ndarray]:
+        """Plain measurement residuals by kind, (t, s, 3) and (t, k)."""
+        parts = [chunk_residuals(self.layout, *a, self.weights) for a in self._inputs(state)]
+        return {
+            kind: np.concatenate([np.asarray(p[kind]) for p in parts])[: self.frames]
+            for kind in parts[0]
+        }
+
+
+def _frame_axis(name: str) -> int:
+    return 1 if name in ("reference", "reference_information") else 0
+
+
+def _cast(tree, dtype: np.dtype):  # noqa: ANN001, ANN202 - any pytree
+    """Floating arrays of a pytree to one dtype, as JAX arrays."""
+
+    def one(x):  # noqa: ANN001, ANN202
+        x = jnp.asarray(x)
+        return x.astype(dtype) if jnp.issubdtype(x.dtype, jnp.floating) else x
+
+    return jax.tree.map(one, tree)
+
+
+def _block_diagonal(blocks: np.ndarray) -> np.ndarray:
+    s, n, _ = blocks.shape
+    out = np.zeros((s, n, s, n))
+    index = np.arange(s)
+    out[index, :, index, :] = blocks
+    return out.reshape(s * n, s * n)

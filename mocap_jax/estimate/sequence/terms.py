@@ -1,0 +1,259 @@
+"""From measurements on the frame grid to the arrays of a whole-sequence problem."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_jax import so3
+from mocap_jax.body import Body
+from mocap_jax.errors import InputError
+from mocap_jax.estimate.options import OptimiseOptions
+from mocap_jax.estimate.sequence.layout import Layout, Terms, UserResidual, Weights
+from mocap_jax.measurement import FrameData
+from mocap_jax.recording import Setup
+from mocap_jax.residuals.inertial import CONSISTENT, PLAIN, de_average, mean_rate
+
+# The frame-by-frame root hold of a still person during the declared rest [m], [rad].
+_STILL = 0.005
+
+
+@dataclass(frozen=True)
+class Built:
+    """A problem's static layout and its arrays."""
+
+    layout: Layout
+    terms: Terms
+    weights: Weights
+    rest_frames: np.ndarray
+    """Frames of the declared rest hold."""
+
+
+def build(
+    data: FrameData,
+    body: Body,
+    setup: Setup,
+    options: OptimiseOptions,
+    *,
+    root_given: bool,
+    user_data: tuple = (),
+) -> Built:
+    """Assemble layout, terms and weights.
+
+    Args:
+        data: measurements on the frame grid.
+        body: the body.
+        setup: declared noise, rest hold and speed of sound.
+        options: options of the optimiser.
+        root_given: use the measured root pose.
+        user_data: per user residual, a pytree of arrays with one row a frame (or None).
+    """
+    layout = _layout(data, body, options)
+    step = float(data.step)
+    rest = _rest_frames(data, setup)
+    reference, reference_information = _references(
+        data, body, setup, options, rest, root_given=root_given
+    )
+    force, force_information = _forces(data, setup, options)
+    rate = de_average(np.asarray(data.gyroscope))
+    mean = mean_rate(rate)
+    terms = Terms(
+        force=np.nan_to_num(force),
+        force_information=force_information,
+        rate=np.nan_to_num(rate),
+        mean_rate=np.nan_to_num(mean),
+        rate_information=_finite(mean) / setup.noise.gyroscope**2,
+        orientation=_rotations(np.asarray(data.orientation)),
+        orientation_information=_finite(np.asarray(data.orientation)) / setup.noise.orientation**2,
+        reference=reference,
+        reference_information=reference_information,
+        smoothness_information=_smoothness(data, body, options),
+        limit_information=np.full(
+            len(data.time), 1 / options.prior.limit_sigma**2 if options.prior.limits else 0.0
+        ),
+        user_data=user_data,
+        user_mask=tuple(_user_mask(r, len(data.time)) for r in options.user_residuals),
+        **_ranges(data, setup, layout, step),
+    )
+    weights = Weights(
+        np.asarray(step),
+        np.asarray(options.noise.inertial_scale),
+        np.asarray(options.noise.range_scale),
+        np.asarray(1.0),
+        np.asarray(options.prior.limit_softness),
+    )
+    return Built(layout, terms, weights, rest)
+
+
+def _layout(data: FrameData, body: Body, options: OptimiseOptions) -> Layout:
+    present = np.asarray(data.range_weight) > 0
+    used = np.unique(
+        np.concatenate([np.asarray(data.range_source)[present], np.asarray(data.range_receiver)[present]])
+    )
+    c = options.constants
+    inertial = np.isfinite(np.asarray(data.accelerometer)).any()
+    rates = np.isfinite(np.asarray(data.gyroscope)).any()
+    orientations = np.isfinite(np.asarray(data.orientation)).any()
+    if not (inertial or rates or orientations or len(used)):
+        raise InputError(
+            f"no measurement of the kinds '{options.kinds}' in the recording "
+            "(A accelerometer, G gyroscope, D distance, O orientation)"
+        )
+    return Layout(
+        topology=body.topology,
+        sites=tuple(data.sites),
+        range_sites=tuple(int(s) for s in used),
+        root_body=1,
+        use_acceleration=bool(inertial),
+        use_rate=bool(rates),
+        use_orientation=bool(orientations),
+        use_range=bool(len(used)),
+        use_border=any((c.gyroscope_bias_sigma, c.accelerometer_bias_sigma, c.mounting_sigma))
+        and bool(inertial or rates or orientations),
+        force_weights=CONSISTENT if options.stencil == "consistent" else PLAIN,
+        smoothness_order=options.prior.smoothness_order,
+        inertial_loss=options.noise.inertial_loss,
+        range_loss=options.noise.range_loss,
+        user=options.user_residuals,
+        chunk=options.chunk,
+    )
+
+
+def _finite(values: np.ndarray) -> np.ndarray:
+    """1 where a row of values is complete, 0 elsewhere."""
+    return np.isfinite(values).all(axis=-1).astype(float)
+
+
+def _forces(
+    data: FrameData, setup: Setup, options: OptimiseOptions
+) -> tuple[np.ndarray, np.ndarray]:
+    """De-averaged specific forces (t, s, 3) and the information of their residuals (t, s)."""
+    measured = np.asarray(data.accelerometer)
+    force = de_average(measured) if options.stencil == "consistent" else measured
+    valid = _finite(force)
+    around = np.zeros_like(valid)
+    around[1:-1] = valid[:-2] * valid[1:-1] * valid[2:]
+    rate = np.nan_to_num(np.asarray(data.gyroscope))
+    turn = np.gradient(rate, float(data.step), axis=0)
+    arm = options.noise.lever_arm_sigma**2
+    model = arm * ((turn**2).sum(-1) + (rate**2).sum(-1) ** 2)
+    return force, around / (setup.noise.accelerometer**2 + model)
+
+
+def _rotations(quaternions: np.ndarray) -> np.ndarray:
+    known = np.isfinite(quaternions).all(axis=-1, keepdims=True)
+    return np.asarray(so3.quat_to_matrix(np.where(known, quaternions, [1.0, 0.0, 0.0, 0.0])))
+
+
+def _ranges(data: FrameData, setup: Setup, layout: Layout, step: float) -> dict[str, np.ndarray]:
+    place = np.zeros(max([*layout.range_sites, 0]) + 1, int)
+    place[list(layout.range_sites)] = np.arange(len(layout.range_sites))
+    weight = np.asarray(data.range_weight)
+    present = weight > 0
+    look_up = lambda sites: np.where(present, place[np.where(present, sites, 0)], 0)  # noqa: E731
+    distance = np.where(present, np.asarray(data.range_distance), 0.0)
+    return {
+        "range_distance": distance,
+        "range_information": (weight / setup.noise.range) ** 2,
+        "range_source": look_up(np.asarray(data.range_source)),
+        "range_receiver": look_up(np.asarray(data.range_receiver)),
+        "range_lead": np.asarray(data.range_lead),
+        "range_flight": distance / setup.speed_of_sound / step,
+    }
+
+
+def _rest_frames(data: FrameData, setup: Setup) -> np.ndarray:
+    if setup.rest is None:
+        return np.zeros(0, int)
+    time = np.asarray(data.time)
+    return np.flatnonzero((time >= setup.rest.start) & (time <= setup.rest.end))
+
+
+def declared_pose(body: Body, setup: Setup) -> np.ndarray:
+    """The declared rest pose (nq,), the model's reference pose where nothing is declared.
+
+    Raises:
+        InputError: a joint that the body does not have, or a wrong number of values.
+    """
+    q = np.array(body.qpos0)
+    topology = body.topology
+    for name, values in (setup.rest.pose if setup.rest else {}).items():
+        joint = topology.joint_index(name)
+        first = topology.joint_qpos[joint]
+        width = {"free": 7, "ball": 4}.get(topology.joint_types[joint], 1)
+        if len(values) != width:
+            raise InputError(
+                f"rest pose of joint '{name}': {len(values)} values given, {width} expected"
+            )
+        q[first : first + width] = values
+    return q
+
+
+def _references(
+    data: FrameData,
+    body: Body,
+    setup: Setup,
+    options: OptimiseOptions,
+    rest: np.ndarray,
+    *,
+    root_given: bool,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Reference poses and their information: (measured root, declared rest), weak prior."""
+    t, nv = len(data.time), body.nv
+    declared = declared_pose(body, setup)
+    reference = np.tile(declared, (2, t, 1))
+    information = np.zeros((2, t, nv))
+    joints = np.arange(6 if body.has_free_root else 0, nv)
+    prior = options.prior
+    if len(rest):
+        information[0, rest[:, None], joints] = 1 / (prior.rest_sigma**2 * len(rest))
+    information[1][:, joints] = float(data.step) / prior.pose_sigma**2
+    if not body.has_free_root:
+        return reference, information
+    if root_given:
+        _put_root(reference[0], information[0], data, setup)
+    else:
+        still = rest if len(rest) else np.arange(2)
+        information[0][np.ix_(still, np.arange(6))] = 1 / _STILL**2
+    return reference, information
+
+
+def _put_root(
+    reference: np.ndarray, information: np.ndarray, data: FrameData, setup: Setup
+) -> None:
+    position, quat = np.asarray(data.root_position), np.asarray(data.root_orientation)
+    known = np.isfinite(position).all(1) & np.isfinite(quat).all(1)
+    if not known.any():
+        raise InputError("root 'given', but the recording has no root pose; valid: --root free")
+    # Between known frames the nearest pose stands in; its information is zero.
+    nearest = np.abs(np.arange(len(known))[:, None] - np.flatnonzero(known)).argmin(1) if (
+        not known.all()
+    ) else np.arange(len(known))
+    chosen = np.flatnonzero(known)[nearest] if not known.all() else nearest
+    reference[:, :3], reference[:, 3:7] = position[chosen], quat[chosen]
+    information[:, :3] = known[:, None] / setup.noise.root_position**2
+    information[:, 3:6] = known[:, None] / setup.noise.root_orientation**2
+
+
+def _smoothness(data: FrameData, body: Body, options: OptimiseOptions) -> np.ndarray:
+    """Information of second or third differences, zero where the window leaves the sequence."""
+    prior, step = options.prior, float(data.step)
+    density = np.full(body.nv, prior.smoothness_density)
+    topology = body.topology
+    for j, kind in enumerate(topology.joint_types):
+        if kind in ("slide", "free"):
+            first = topology.joint_dof[j]
+            density[first : first + (3 if kind == "free" else 1)] = prior.translation_density
+    information = np.tile(step / density, (len(data.time), 1))
+    information[0] = 0.0
+    information[-1:] = 0.0
+    if prior.smoothness_order == 3:
+        information[-2:] = 0.0
+    return information
+
+
+def _user_mask(residual: UserResidual, frames: int) -> np.ndarray:
+    mask = np.ones(frames)
+    mask[frames - residual.window + 1 :] = 0.0
+    return mask

@@ -1,0 +1,153 @@
+"""Levenberg-Marquardt and Gauss-Newton on a manifold, for block-banded problems with a border.
+
+Knows no bodies: a problem is anything with `cost`, `linearise`, `move` and `unknowns`. Damping is
+by the identity and follows the gain ratio (Nielsen 1999; Madsen, Nielsen, Tingleff 2004, alg. 3.16).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, Protocol
+
+import numpy as np
+
+from mocap_jax import linalg
+from mocap_jax.errors import SolveError
+
+
+@dataclass(frozen=True)
+class NormalEquations:
+    """Cost and quadratic model at a state: lower blocks of J'J, gradient J'r, border."""
+
+    cost: float
+    lower: np.ndarray
+    """(t, b + 1, d, d), may be overwritten by the solver."""
+    gradient: np.ndarray
+    """(t, d)"""
+    corner: np.ndarray | None
+    """(m, m), None without constants."""
+    corner_gradient: np.ndarray
+    """(m,)"""
+    border: linalg.BorderBlocks | None
+
+
+class Problem(Protocol):
+    """What the solver needs to know."""
+
+    unknowns: int
+
+    def cost(self, state: Any) -> float: ...
+
+    def linearise(self, state: Any) -> NormalEquations: ...
+
+    def move(self, state: Any, step: np.ndarray, constants: np.ndarray) -> Any: ...
+
+
+class Outcome(Enum):
+    """How the iteration ended."""
+
+    CONVERGED = "converged"
+    MAX_ITERATIONS = "max_iterations"
+    STALLED = "stalled"
+    SINGULAR = "singular"
+    DIVERGED = "diverged"
+
+
+@dataclass(frozen=True)
+class SolverOptions:
+    """Settings of the iteration."""
+
+    max_iterations: int = 30
+    """Largest number of linearisations."""
+    tolerance: float = 1e-3
+    """Converged when the RMS step is below this many posterior standard deviations (Newton
+    decrement per unknown)."""
+    initial_damping: float = 1e-3
+    """Levenberg-Marquardt damping at the start [1/rad^2, 1/m^2]; 0 for Gauss-Newton."""
+    max_damping: float = 1e10
+    """Give up (stalled) beyond this damping."""
+
+    @property
+    def gauss_newton(self) -> bool:
+        """Undamped full steps."""
+        return self.initial_damping == 0
+
+
+@dataclass(frozen=True)
+class Result:
+    """Final state and history."""
+
+    state: Any
+    outcome: Outcome
+    cost: tuple[float, ...]
+    """Cost at the start and after each accepted step."""
+    message: str = ""
+
+
+def minimise(
+    problem: Problem,
+    state: Any,
+    options: SolverOptions,
+    progress: Callable[[int, float], None] | None = None,
+) -> Result:
+    """Minimise half the sum of squares of a problem.
+
+    Args:
+        problem: see `Problem`.
+        state: where to start.
+        options: settings.
+        progress: called after each iteration with its number and cost.
+    """
+    damping, growth = options.initial_damping, 2.0
+    costs: list[float] = []
+    for iteration in range(options.max_iterations):
+        equations = problem.linearise(state)
+        if not costs:
+            costs.append(equations.cost)
+        if not np.isfinite(equations.cost):
+            return Result(state, Outcome.DIVERGED, tuple(costs))
+        try:
+            step, constants = _solve(equations, damping)
+        except SolveError as error:
+            if options.gauss_newton or damping * growth > options.max_damping:
+                return Result(state, Outcome.SINGULAR, tuple(costs), str(error))
+            damping, growth = max(damping * growth, 1e-6), growth * 2
+            continue
+        decrease = _predicted_decrease(equations, step, constants, damping)
+        candidate = problem.move(state, step, constants)
+        cost = problem.cost(candidate)
+        gain = (equations.cost - cost) / max(decrease, 1e-300)
+        small = np.sqrt(2 * max(decrease, 0.0) / problem.unknowns) < options.tolerance
+        accepted = np.isfinite(cost) and (gain > 1e-4 or options.gauss_newton)
+        if accepted:
+            state = candidate
+            costs.append(cost)
+            damping *= max(1 / 10, 1 - (2 * gain - 1) ** 3)
+            growth = 2.0
+        if progress is not None:
+            progress(iteration, costs[-1])
+        if small:
+            return Result(state, Outcome.CONVERGED, tuple(costs))
+        if not accepted:
+            damping, growth = max(damping * growth, 1e-6), growth * 2
+            if damping > options.max_damping or options.gauss_newton:
+                return Result(state, Outcome.STALLED, tuple(costs))
+    return Result(state, Outcome.MAX_ITERATIONS, tuple(costs))
+
+
+def _solve(equations: NormalEquations, damping: float) -> tuple[np.ndarray, np.ndarray]:
+    f = linalg.factor(
+        equations.lower, equations.corner, equations.border, damping=damping, overwrite=True
+    )
+    return linalg.solve(f, -equations.gradient, -equations.corner_gradient, equations.border)
+
+
+def _predicted_decrease(
+    equations: NormalEquations, step: np.ndarray, constants: np.ndarray, damping: float
+) -> float:
+    """Decrease of the quadratic model: half step'(damping step - gradient)."""
+    slope = float((equations.gradient * step).sum() + equations.corner_gradient @ constants)
+    length = float((step * step).sum() + constants @ constants)
+    return 0.5 * (damping * length - slope)

@@ -1,0 +1,199 @@
+"""Assembled normal equations against dense Jacobians by JAX through the plain residuals."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from mocap_jax import so3
+from mocap_jax.body import load_body, normalise, retract
+from mocap_jax.estimate.sequence import inertial_terms, pose_terms, range_terms
+from mocap_jax.estimate.sequence.assemble import _cost, kinematics
+from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, UserResidual, Weights
+from mocap_jax.estimate.sequence.problem import SequenceProblem, State
+from mocap_jax.residuals.inertial import CONSISTENT
+
+BODY = """<mujoco><worldbody><body name="pelvis" pos="0 0 1"><freejoint/><geom size=".1"/>
+<site name="s0" pos=".1 .2 .05" quat="1 .3 .2 .3"/>
+<body name="thigh" pos="0 .1 -.1"><joint type="ball"/><geom size=".1"/><site name="s1" pos="0 .1 -.2"/>
+<body name="shank" pos="0 0 -.4"><joint axis="0 1 .2" range="-1 .2" limited="true"/><geom size=".1"/>
+<site name="s2" pos=".1 0 -.2" quat="1 0 1 0"/></body></body>
+<body name="chest" pos="0 0 .3"><joint axis="1 0 0" pos="0 0 -.1"/><joint axis="0 0 1"/>
+<geom size=".1"/><site name="s3" pos=".1 0 .1"/><site name="source" pos=".1 .1 .2" quat="1 .2 0 .4"/>
+</body></body></worldbody></mujoco>"""
+T, S, K = 9, 4, 3
+
+
+def _user(body, window, data):  # noqa: ANN001, ANN202
+    return jnp.array([window[0, 7] - window[1, 8] ** 2, window[2, 0] * data])
+
+
+def make(order: int, *, losses: str = "none", user: bool = False, chunk: int = 16):
+    """A random problem in which every kind of residual is present."""
+    body = load_body(BODY)
+    rng = np.random.default_rng(order)
+    draw = lambda *shape: rng.normal(size=shape)  # noqa: E731
+    top = body.topology
+    base = np.array(normalise(top, jnp.asarray(np.array(body.qpos0) + 0.3 * draw(body.nq))))
+    move = jax.vmap(lambda d: retract(top, jnp.asarray(base), d))
+    q = np.array(move(jnp.asarray(0.15 * draw(T, body.nv))))
+    source = body.site_index("source")
+    sites = tuple(body.site_index(f"s{i}") for i in range(4))
+    layout = Layout(
+        top, sites, (*sites, source), 1, True, True, True, True, True, CONSISTENT, order,
+        losses, losses, (UserResidual("mine", _user, 3),) if user else (), chunk,
+    )  # fmt: skip
+    inside = lambda x, a, b: x * (np.arange(T) >= a)[:, None] * (np.arange(T) < T - b)[:, None]  # noqa: E731
+    positive = lambda *shape: rng.uniform(0.5, 2.0, size=shape)  # noqa: E731
+    user_mask = np.ones(T)
+    user_mask[-2:] = 0
+    terms = Terms(
+        force=5 * draw(T, S, 3), force_information=inside(positive(T, S), 1, 1),
+        rate=draw(T, S, 3), mean_rate=draw(T, S, 3),
+        rate_information=inside(positive(T, S), 0, 1),
+        orientation=np.array(so3.exp(jnp.asarray(draw(T, S, 3)))),
+        orientation_information=positive(T, S),
+        range_distance=positive(T, K), range_information=inside(positive(T, K), 1, 0),
+        range_source=np.full((T, K), 4), range_receiver=rng.integers(0, 4, (T, K)),
+        range_lead=rng.uniform(size=(T, K)), range_flight=rng.uniform(size=(T, K)),
+        reference=np.stack([np.roll(q, 1, 0), np.roll(q, 2, 0)]),
+        reference_information=rng.uniform(size=(2, T, body.nv)),
+        smoothness_information=inside(positive(T, body.nv), 1, order - 1) * 1e-6,
+        limit_information=np.full(T, 3.0),
+        user_data=(np.asarray(draw(T)),) if user else (), user_mask=(user_mask,) if user else (),
+    )  # fmt: skip
+    weights = Weights(*(np.asarray(x) for x in (0.2, 1.5, 1.5, 1.0, 0.1)))
+    constants = Constants(
+        0.1 * draw(S, 3), 0.2 * draw(S, 3), np.array(so3.exp(jnp.asarray(0.2 * draw(S, 3))))
+    )
+    problem = SequenceProblem(layout, body, terms, weights, np.zeros((S, 9)))
+    return problem, State(q, constants)
+
+
+def moved(problem: SequenceProblem, state: State, delta: jax.Array):
+    """Poses and constants at a tangent step, traceable."""
+    nv, layout = problem.layout.topology.nv, problem.layout
+    step, d = delta[: T * nv].reshape(T, nv), delta[T * nv :].reshape(S, 9)
+    q = jax.vmap(lambda a, b: retract(layout.topology, a, b))(jnp.asarray(state.q), step)
+    c = state.constants
+    mounting = so3.matmul3(jnp.asarray(c.mounting), so3.exp(d[:, 6:]))
+    return q, Constants(c.gyroscope_bias + d[:, :3], c.accelerometer_bias + d[:, 3:6], mounting)
+
+
+def stacked_residuals(problem: SequenceProblem, state: State, delta: jax.Array) -> jax.Array:
+    """All whitened residuals as one vector, traceable; needs a single chunk."""
+    layout = problem.layout
+    q, constants = moved(problem, state, delta)
+    h = layout.halo
+    behind = layout.chunk + h - T
+    q = jnp.concatenate([jnp.repeat(q[:1], h, 0), q, jnp.repeat(q[-1:], behind, 0)])
+    terms, core = problem._terms, slice(h, h + layout.chunk)
+    w = kinematics(layout, problem.body, q, constants)
+    _, (inertial, ranges, pose) = _cost(
+        layout, problem.body, w, q, constants, terms, problem.weights
+    )
+    before = slice(core.start - 1, core.stop - 1)
+    root = jnp.sqrt
+    parts = [
+        root(terms.force_information[core])[..., None] * inertial.acceleration[before],
+        root(terms.rate_information[core])[..., None] * inertial.rate[core],
+        root(terms.orientation_information[core])[..., None] * inertial.orientation[core],
+        root(terms.range_information[core]) * ranges.residual[before],
+        root(terms.reference_information[:, core]) * pose.reference[:, core],
+        root(terms.limit_information[core])[:, None] * pose.limits[core],
+        root(terms.smoothness_information[core]) * pose.smoothness[before],
+    ]
+    for user, data, mask in zip(layout.user, terms.user_data, terms.user_mask, strict=True):
+        parts.append(pose_terms.user_values(layout, problem.body, user, q, data, mask)[core])
+    return jnp.concatenate([p.ravel() for p in parts])
+
+
+def dense(equations, frames: int):  # noqa: ANN001, ANN201
+    """Dense matrix of assembled normal equations."""
+    lower, d = equations.lower, equations.lower.shape[2]
+    m = len(equations.corner_gradient)
+    out = np.zeros((frames * d + m, frames * d + m))
+    for k in range(frames):
+        for o in range(min(lower.shape[1], frames - k)):
+            rows, cols = slice((k + o) * d, (k + o + 1) * d), slice(k * d, (k + 1) * d)
+            out[rows, cols], out[cols, rows] = lower[k, o], lower[k, o].T
+        out[frames * d :, k * d : (k + 1) * d] = equations.border(k)
+    out[: frames * d, frames * d :] = out[frames * d :, : frames * d].T
+    out[frames * d :, frames * d :] = equations.corner
+    return out
+
+
+@pytest.mark.parametrize(("order", "user"), [(2, False), (3, True)])
+def test_normal_equations_equal_dense_jacobian(order: int, user: bool) -> None:
+    problem, state = make(order, user=user)
+    zero = jnp.zeros(problem.unknowns)
+    function = jax.jit(lambda d: stacked_residuals(problem, state, d))
+    residual = np.asarray(function(zero))
+    jacobian = np.asarray(jax.jit(jax.jacfwd(function))(zero))
+    equations = problem.linearise(state)
+    gradient = np.concatenate([equations.gradient.ravel(), equations.corner_gradient])
+    np.testing.assert_allclose(equations.cost, 0.5 * residual @ residual, rtol=1e-12)
+    np.testing.assert_allclose(equations.cost, problem.cost(state), rtol=1e-12)
+    np.testing.assert_allclose(gradient, jacobian.T @ residual, rtol=1e-9, atol=1e-7)
+    square = jacobian.T @ jacobian
+    np.testing.assert_allclose(dense(equations, T), square, rtol=1e-9, atol=1e-9 * square.max())
+
+
+@pytest.mark.parametrize("loss", ["huber", "cauchy", "geman_mcclure"])
+def test_gradient_of_robust_cost(loss: str) -> None:
+    problem, state = make(2, losses=loss)
+    equations = problem.linearise(state)
+    rng = np.random.default_rng(0)
+    step, constants = rng.normal(size=(T, problem.layout.topology.nv)), rng.normal(size=9 * S)
+    slope = (equations.gradient * step).sum() + equations.corner_gradient @ constants
+    e = 1e-6
+    ahead = problem.cost(problem.move(state, e * step, e * constants))
+    behind = problem.cost(problem.move(state, -e * step, -e * constants))
+    np.testing.assert_allclose(slope, (ahead - behind) / (2 * e), rtol=1e-6)
+
+
+def test_chunks_do_not_change_the_equations() -> None:
+    whole, state = make(3, user=True)
+    pieces, _ = make(3, user=True, chunk=4)
+    a, b = whole.linearise(state), pieces.linearise(state)
+    np.testing.assert_allclose(a.cost, b.cost, rtol=1e-12)
+    np.testing.assert_allclose(dense(a, T), dense(b, T), rtol=1e-10, atol=1e-8)
+    np.testing.assert_allclose(a.gradient, b.gradient, rtol=1e-9, atol=1e-8)
+
+
+def test_border_can_be_left_out() -> None:
+    problem, state = make(2)
+    without = SequenceProblem(
+        dataclasses.replace(problem.layout, use_border=False),
+        problem.body,
+        jax.tree.map(lambda x: x, _unpadded(problem)),
+        problem.weights,
+        np.zeros((S, 9)),
+    )
+    a, b = problem.linearise(state), without.linearise(state)
+    np.testing.assert_allclose(a.lower, b.lower, rtol=1e-10, atol=1e-9)
+    assert b.border is None and len(b.corner_gradient) == 0
+
+
+def _unpadded(problem: SequenceProblem) -> Terms:
+    h = problem.layout.halo
+    fields = {}
+    for f in dataclasses.fields(Terms):
+        value = getattr(problem._terms, f.name)
+        axis = 1 if f.name in ("reference", "reference_information") else 0
+        fields[f.name] = jax.tree.map(
+            lambda x, axis=axis: np.take(np.asarray(x), range(h, h + T), axis), value
+        )
+    return Terms(**fields)
+
+
+def test_gate_sees_only_what_is_in_front() -> None:
+    problem, state = make(2)
+    gate = problem.gate(state)
+    assert gate.shape == (T, K)
+    assert set(np.unique(gate)) <= {0.0, 1.0}
+    assert range_terms.gate is not None and inertial_terms.residuals is not None
