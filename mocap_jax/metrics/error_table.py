@@ -78,7 +78,7 @@ class ErrorTable:
         blocks = [
             f"Mean errors over {self.frames} frames, {self.interval[0]:.2f} s to "
             f"{self.interval[1]:.2f} s\n(joint: rotation of child in parent; segment: rotation in "
-            f"the world; position: joint centre from {self.root})"
+            f"the world; position: joint centre)"
         ]
         if self.observed:
             rows = [*[n for n in joints if n in self.observed], "mean_observed"]
@@ -91,7 +91,7 @@ class ErrorTable:
         return "\n\n".join(blocks)
 
     def _block(self, title: str, rows: list[str], columns: tuple[tuple[str, str], ...]) -> str:
-        label = {"mean_observed": _WIDEST, "mean": "mean of the three"}
+        label = {"mean_observed": _WIDEST, "mean": "mean of these"}
         if columns is _COLUMNS:
             label["mean"] = "mean of all joints"
         width = max(len(n) for n in (*self.errors["orientation_error_mean_deg"], _WIDEST))

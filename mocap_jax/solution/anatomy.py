@@ -68,7 +68,7 @@ def _side_and_part(name: str) -> tuple[str, str]:
     return "", ""
 
 
-def _labels(name: str) -> tuple[tuple[str, int], ...]:
+def rotation_labels(name: str) -> tuple[tuple[str, int], ...]:
     """Names and signs of the rotations about Z, X and Y of a segment."""
     side, part = _side_and_part(name)
     if not part:
@@ -157,7 +157,7 @@ def joint_angle_list(body: Body) -> tuple[JointAngle, ...]:
     for b in joint_segments(topology):
         name = topology.body_names[b]
         joints = [j for j in topology.joints_of_body(b) if topology.joint_types[j] != SLIDE]
-        labels = _labels(name)
+        labels = rotation_labels(name)
         if len(joints) == 1 and topology.joint_types[joints[0]] == HINGE:
             axis = frames[b].T @ np.asarray(body.joint_axis)[joints[0]]
             zxy = axis[[2, 0, 1]]

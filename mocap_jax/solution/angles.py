@@ -7,9 +7,9 @@ from jaxtyping import Float
 
 from mocap_jax.body import Body
 from mocap_jax.body.topology import HINGE
-from mocap_jax.solution.anatomy import anatomical_frames, joint_angle_list
+from mocap_jax.solution.anatomy import anatomical_frames, joint_angle_list, rotation_labels
 from mocap_jax.solution.cardan import cardan_zxy, continuous
-from mocap_jax.solution.poses import segment_poses
+from mocap_jax.solution.poses import root_segment, segment_poses
 from mocap_jax.trajectory import Trajectory
 
 
@@ -28,6 +28,18 @@ def anatomical_rotations(
     frames = anatomical_frames(body)
     parent = np.array(body.topology.body_parent)
     return np.swapaxes(frames[parent], -1, -2) @ R_parent_child @ frames
+
+
+def root_relative_angles(
+    body: Body, R_world: Float[np.ndarray, "t nbody 3 3"], segment: str
+) -> tuple[tuple[str, ...], Float[np.ndarray, "t 3"]]:
+    """Names and Z-X-Y angles [rad] of a segment relative to the root segment, without jumps."""
+    frames = anatomical_frames(body)
+    root, b = root_segment(body.topology), body.topology.body_index(segment)
+    R_root_anatomical, R_anatomical = R_world[:, root] @ frames[root], R_world[:, b] @ frames[b]
+    angles = continuous(cardan_zxy(np.swapaxes(R_root_anatomical, -1, -2) @ R_anatomical))
+    labels = rotation_labels(segment)
+    return tuple(n for n, _ in labels), angles * np.array([s for _, s in labels])
 
 
 def hinge_coordinate(body: Body, q: Float[np.ndarray, "t nq"], segment: int) -> np.ndarray:

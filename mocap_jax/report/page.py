@@ -1,0 +1,252 @@
+"""`write_report`: solutions of one recording as one self-contained HTML page."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+import jinja2
+import numpy as np
+from matplotlib.figure import Figure
+
+from mocap_jax.errors import InputError
+from mocap_jax.io.atomic import atomic_file
+from mocap_jax.metrics import ErrorTable, evaluate
+from mocap_jax.recording import Recording
+from mocap_jax.report import tables
+from mocap_jax.report.angle_figures import hinge_figure, trunk_figure
+from mocap_jax.report.statistic_figures import cost_figure, range_figure, residual_figure
+from mocap_jax.report.stick import motion_strip
+from mocap_jax.report.style import colours, embedded
+from mocap_jax.solution import Solution
+
+_METHOD_NAMES = {
+    "ekf": "Kalman filter",
+    "ekf_smoothed": "Kalman smoother",
+    "optimise": "Optimiser",
+    "orientation": "Orientations only",
+}
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure and what it shows."""
+
+    address: str
+    caption: str
+    title: str = ""
+
+
+def write_report(
+    path: str | os.PathLike[str],
+    solutions: Solution | Sequence[Solution] | Mapping[str, Solution],
+    recording: Recording | None = None,
+) -> None:
+    """Write one HTML file with everything in it: figures, tables, remarks.
+
+    What a solution or the recording does not hold (truth, covariance, ranges, ...) is left out.
+
+    Args:
+        path: file to write; it appears whole or not at all.
+        solutions: one solution, several, or several by the name to show.
+        recording: what they were estimated from; adds its facts, and errors where it has truth.
+
+    Raises:
+        InputError: no solution, or the file cannot be written.
+    """
+    named = _named(solutions)
+    if not named:
+        raise InputError("write_report: no solution given (give one, a list or a dictionary)")
+    text = render(named, recording)
+    with atomic_file(path) as stream:
+        stream.write(text.encode("utf-8"))
+
+
+def _named(
+    solutions: Solution | Sequence[Solution] | Mapping[str, Solution],
+) -> dict[str, Solution]:
+    if isinstance(solutions, Solution):
+        solutions = [solutions]
+    if isinstance(solutions, Mapping):
+        return {_METHOD_NAMES.get(name, name): s for name, s in solutions.items()}
+    named: dict[str, Solution] = {}
+    for solution in solutions:
+        name = _METHOD_NAMES.get(solution.method, solution.method)
+        same = sum(1 for n in named if n == name or n.startswith(f"{name} ("))
+        named[f"{name} ({same + 1})" if same else name] = solution
+    return named
+
+
+def render(solutions: dict[str, Solution], recording: Recording | None) -> str:
+    """The page as text."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    usable = {n: s for n, s in solutions.items() if _drawable(s)}
+    errors = _errors(usable, recording)
+    return environment.get_template("page.html.j2").render(
+        title=_title(solutions, recording),
+        subtitle=_subtitle(solutions, recording),
+        facts=_facts(solutions, recording),
+        cards=[_card(n, s, c) for (n, s), c in zip(
+            solutions.items(), colours(list(solutions)).values(), strict=True)],
+        salvage=recording.salvage if recording is not None else (),
+        colours=colours(list(solutions)),
+        headline=tables.headline_table(errors) if errors else None,
+        root_relative=tables.root_table(errors) if errors else None,
+        joints=tables.joint_table(errors) if errors else None,
+        angles=tables.angle_table(errors) if errors else None,
+        consistency=(
+            tables.consistency_table(usable, recording) if errors and recording else None
+        ),
+        scored=_scored(errors),
+        residuals=tables.residual_table(solutions),
+        calibration=tables.calibration_tables(solutions, recording),
+        **_pictures(usable, recording if errors else None, colours(list(solutions))),
+    )  # fmt: skip
+
+
+def _drawable(solution: Solution) -> bool:
+    q = np.asarray(solution.trajectory.q)
+    return len(q) > 1 and bool(np.isfinite(q).all())
+
+
+def _errors(solutions: dict[str, Solution], recording: Recording | None) -> dict[str, ErrorTable]:
+    """Errors by method; none without truth or where nothing can be compared."""
+    if recording is None or recording.truth is None:
+        return {}
+    out = {}
+    for name, solution in solutions.items():
+        try:
+            out[name] = evaluate(solution, recording)
+        except InputError:
+            return {}
+    return out
+
+
+def _title(solutions: dict[str, Solution], recording: Recording | None) -> str:
+    for setup in [s.setup for s in solutions.values()]:
+        motion = setup.provenance.get("motion")
+        if motion:
+            return str(motion)
+    return (recording.subject if recording is not None else "") or "Reconstructed motion"
+
+
+def _subtitle(solutions: dict[str, Solution], recording: Recording | None) -> str:
+    setup = next(iter(solutions.values())).setup
+    parts = [recording.subject] if recording is not None and recording.subject else []
+    if profile := setup.provenance.get("profile"):
+        parts.append(f"{profile} profile")
+    if recording is not None and recording.start_utc_ns:
+        start = datetime.fromtimestamp(recording.start_utc_ns / 1e9, UTC)
+        parts.append(f"{start:%Y-%m-%d %H:%M} UTC")
+    return " \u00b7 ".join(parts)
+
+
+def _facts(solutions: dict[str, Solution], recording: Recording | None) -> list[tuple[str, str]]:
+    first = next(iter(solutions.values()))
+    time = np.asarray(first.trajectory.time)
+    facts = [("frames", f"{len(time)}")]
+    if len(time) > 1:
+        facts.insert(0, ("duration", f"{time[-1] - time[0]:.1f} s"))
+        facts.append(("frame rate", f"{1 / np.median(np.diff(time)):.0f} Hz"))
+    facts.append(("degrees of freedom", f"{first.body.nv}"))
+    setup = recording.setup if recording is not None else first.setup
+    if setup.sensors:
+        facts.append(("sensor boards", f"{len(setup.sensors)}"))
+    if setup.sources:
+        facts.append(("ultrasonic sources", f"{len(setup.sources)}"))
+    if first.observed:
+        facts.append(("observed joints", f"{len(first.observed)}"))
+    return facts
+
+
+def _card(name: str, solution: Solution, colour: str) -> dict[str, object]:
+    facts = []
+    if solution.iterations:
+        facts.append(("iterations", f"{solution.iterations}"))
+    if solution.cost:
+        facts.append(("final cost", f"{solution.cost[-1]:.5g}"))
+    if solution.seconds_solve:
+        facts.append(("solve", f"{solution.seconds_solve:.1f} s"))
+    if solution.seconds_compile:
+        facts.append(("compile", f"{solution.seconds_compile:.1f} s"))
+    return {
+        "name": name,
+        "colour": colour,
+        "ok": solution.status.ok,
+        "status": solution.status.value,
+        "facts": facts,
+        "remarks": solution.remarks,
+        "options": [(k, str(v)) for k, v in sorted(solution.options.items())],
+    }
+
+
+def _scored(errors: dict[str, ErrorTable]) -> str:
+    if not errors:
+        return ""
+    first = next(iter(errors.values()))
+    return (
+        f"Scored over {first.frames} frames, {first.interval[0]:.2f} s to "
+        f"{first.interval[1]:.2f} s, without the rest hold and the blend."
+    )
+
+
+def _pictures(
+    solutions: dict[str, Solution], recording: Recording | None, palette: dict[str, str]
+) -> dict[str, object]:
+    """All figures of the page (None where there is nothing to show)."""
+    if not solutions:
+        return dict.fromkeys(("trunk", "hinges", "bars", "ranges", "cost")) | {"strips": []}
+    against = " Grey: truth." if recording is not None else ""
+    strips = [
+        _picture(
+            motion_strip(s, recording, colour=palette[n]),
+            "Eight moments, evenly spaced." + (
+                " The true pose stands grey behind, on the same root." if recording else ""
+            ),
+            n,
+        )
+        for n, s in solutions.items()
+    ]  # fmt: skip
+    return {
+        "strips": strips,
+        "trunk": _picture(
+            trunk_figure(solutions, palette, recording),
+            "Rotation of head, right upper arm and left thigh relative to the root, as Z-X-Y "
+            "Cardan angles." + against + (
+                " Bottom: angle between the estimated and the true rotation; the tinted area is "
+                "twice the standard deviation that the covariance states." if recording else ""
+            ) + " Pale stretch at the start: rest hold and blend, not scored.",
+        ),
+        "hinges": _picture(
+            hinge_figure(solutions, palette, recording),
+            "Flexion of elbows and knees." + against
+            + " Band: two standard deviations to either side, where the solution states them.",
+        ),
+        "bars": _picture(
+            residual_figure(solutions, palette),
+            "Residuals divided by their declared standard deviation, root mean square. About 1 "
+            "(dashed) means that the noise figures hold; much more means an unmodelled error.",
+        ),
+        "ranges": _picture(
+            range_figure(solutions),
+            "The same for ultrasonic distances, by source (across) and receiver (down). Blank: "
+            "this pair was never used, because it was occluded or had no confidence.",
+        ),
+        "cost": _picture(
+            cost_figure(solutions, palette),
+            "Half the sum of squared whitened residuals after each iteration.",
+        ),
+    }  # fmt: skip
+
+
+def _picture(figure: Figure | None, caption: str, title: str = "") -> Picture | None:
+    return Picture(embedded(figure), caption, title) if figure is not None else None

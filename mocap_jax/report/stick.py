@@ -1,0 +1,287 @@
+"""Drawings of a body: limbs as rounded strokes, seen from a chosen side without perspective."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+from mocap_jax.body import Body
+from mocap_jax.metrics.align import align
+from mocap_jax.metrics.evaluate import joint_centres
+from mocap_jax.recording import Recording
+from mocap_jax.report.style import ESTIMATE, INK, MUTED, TRUTH
+from mocap_jax.solution import Solution
+from mocap_jax.solution.anatomy import anatomical_frames
+from mocap_jax.solution.poses import root_segment, segment_poses
+
+# Stroke width of a limb towards a segment [m], by the end of the segment's name.
+_WIDTH = {
+    "L5": 0.20, "L3": 0.21, "T12": 0.22, "T8": 0.24, "Neck": 0.10, "Head": 0.09, "Shoulder": 0.10,
+    "UpperArm": 0.09, "ForeArm": 0.085, "Hand": 0.07, "UpperLeg": 0.13, "LowerLeg": 0.13,
+    "Foot": 0.09, "Toe": 0.07,
+}  # fmt: skip
+_THIN = 0.05
+_HEAD_RADIUS = 0.105
+_POINTS_PER_INCH = 72.0
+
+
+@dataclass(frozen=True)
+class Bones:
+    """Line segments of a body in the world, one pose."""
+
+    start: Float[np.ndarray, "n 3"]
+    end: Float[np.ndarray, "n 3"]
+    width: Float[np.ndarray, "n"]
+    """Stroke width [m]."""
+    heads: Float[np.ndarray, "k 3"]
+    """Centres of heads."""
+
+
+def bones(body: Body, R: Float[np.ndarray, "nbody 3 3"], p: Float[np.ndarray, "nbody 3"]) -> Bones:
+    """Line segments from every joint to the next, and stubs for the last segment of each limb."""
+    topology = body.topology
+    centre = joint_centres(body, R[None], p[None])[0]
+    parent = np.array(topology.body_parent)
+    inner = [b for b in range(1, topology.nbody) if parent[b] != 0]
+    start, end = [centre[parent[b]] for b in inner], [centre[b] for b in inner]
+    # The stroke that leads to a segment belongs to its parent.
+    width = [_stroke_width(topology.body_names[parent[b]]) for b in inner]
+    heads = []
+    for b in sorted(set(range(1, topology.nbody)) - set(parent.tolist())):
+        name = topology.body_names[b]
+        along, length = _stub_direction(body, R, centre, b)
+        if name == "Head":
+            heads.append(centre[b] + 0.12 * along)
+            continue
+        start.append(centre[b])
+        end.append(centre[b] + along * length)
+        width.append(_stroke_width(name))
+    return Bones(
+        np.array(start).reshape(-1, 3), np.array(end).reshape(-1, 3), np.array(width),
+        np.array(heads).reshape(-1, 3),
+    )  # fmt: skip
+
+
+def _stroke_width(name: str) -> float:
+    for part, width in _WIDTH.items():
+        if name == part or name in (f"Left{part}", f"Right{part}"):
+            return width
+    return 0.2 if name == "Pelvis" else _THIN
+
+
+def _stub_direction(
+    body: Body, R: np.ndarray, centre: np.ndarray, b: int
+) -> tuple[np.ndarray, float]:
+    """World direction and length [m] of a segment that ends a limb."""
+    parent = body.topology.body_parent[b]
+    # The offset from the parent at rest, carried by the segment itself.
+    offset = np.asarray(body.body_pos)[b]
+    length = float(np.linalg.norm(offset))
+    name = body.topology.body_names[b]
+    if parent == 0 or length < 1e-3:
+        return R[b] @ np.array([0.0, 0.0, 1.0]), 0.1
+    if name.endswith(("Toe", "Foot")):
+        forward = (R[b] @ anatomical_frames(body)[b])[:, 0]
+        return forward, 0.05 if name.endswith("Toe") else 0.17
+    return R[parent] @ offset / length, float(np.clip(0.6 * length, 0.03, 0.12))
+
+
+@dataclass(frozen=True)
+class View:
+    """A parallel projection: what is right, up and towards the viewer, in the world."""
+
+    right: Float[np.ndarray, "3"]
+    up: Float[np.ndarray, "3"]
+    towards: Float[np.ndarray, "3"]
+
+    def flat(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 2"]:
+        """Picture coordinates [m]."""
+        return np.stack([points @ self.right, points @ self.up], axis=-1)
+
+
+def view_from(heading: float, turn: float = 0.7, tilt: float = 0.12) -> View:
+    """View of a person who faces `heading` [rad in the ground plane], from the front to a side.
+
+    Args:
+        heading: direction the person faces.
+        turn: angle of the viewer from straight ahead [rad].
+        tilt: height of the viewer as an angle [rad].
+    """
+    angle = heading + turn
+    level = np.array([np.cos(angle), np.sin(angle), 0.0])
+    towards = np.cos(tilt) * level + np.array([0.0, 0.0, np.sin(tilt)])
+    right = np.array([-np.sin(angle), np.cos(angle), 0.0])
+    return View(right, np.cross(towards, right), towards)
+
+
+def facing(body: Body, R: Float[np.ndarray, "t nbody 3 3"]) -> float:
+    """Direction the root faces in the ground plane [rad], in the mean over frames."""
+    root = root_segment(body.topology)
+    forward = (R[:, root] @ anatomical_frames(body)[root])[:, :, 0].mean(axis=0)
+    return float(np.arctan2(forward[1], forward[0]))
+
+
+def plot_body(
+    axes: Axes,
+    body: Body,
+    q: Float[np.ndarray, "nq"],
+    *,
+    view: View | None = None,
+    at: tuple[float, float] = (0.0, 0.0),
+    colour: str = ESTIMATE,
+    alpha: float = 1.0,
+    outline: bool = True,
+) -> None:
+    """Draw a body at one pose.
+
+    Args:
+        axes: equal scales, limits set, figure of its final size (strokes are drawn to scale).
+        body: the body.
+        q: pose.
+        view: projection; default from the front and to one side.
+        at: where in the picture the root's place on the ground comes [m].
+        colour: of the limbs; nearer ones are lighter.
+        alpha: opacity.
+        outline: a thin rim that separates limbs in front of each other.
+    """
+    R, p = segment_poses(body, np.asarray(q)[None])
+    view = view or view_from(facing(body, R))
+    _draw(axes, bones(body, R[0], p[0]), p[0, root_segment(body.topology)], view, at, colour,
+          alpha, outline)  # fmt: skip
+
+
+def _draw(
+    axes: Axes,
+    shape: Bones,
+    root: np.ndarray,
+    view: View,
+    at: tuple[float, float],
+    colour: str,
+    alpha: float,
+    outline: bool,
+) -> None:
+    ground = np.array([root[0], root[1], 0.0])
+    shift = np.array(at) - view.flat(ground[None])[0]
+    start, end = view.flat(shape.start) + shift, view.flat(shape.end) + shift
+    depth = 0.5 * (shape.start + shape.end) @ view.towards
+    order = np.argsort(depth)
+    near = (depth - depth.min()) / max(float(np.ptp(depth)), 1e-9)
+    scale = _points_per_metre(axes)
+    rim = 1.6 if outline else 0.0
+    for k in order:
+        layer = (10 if outline else 5) + near[k]
+        line = [np.stack([start[k], end[k]])]
+        points = shape.width[k] * scale
+        if outline:
+            axes.add_collection(LineCollection(
+                line, colors=["white"], linewidths=[points + rim], capstyle="round", zorder=layer,
+            ), autolim=False)  # fmt: skip
+        axes.add_collection(LineCollection(
+            line, colors=[_lighter(colour, 0.35 * near[k])], linewidths=[points], alpha=alpha,
+            capstyle="round", zorder=layer + 1e-4,
+        ), autolim=False)  # fmt: skip
+    for centre in view.flat(shape.heads) + shift:
+        axes.add_patch(Circle(
+            (centre[0], centre[1]), _HEAD_RADIUS, facecolor=_lighter(colour, 0.2), alpha=alpha,
+            edgecolor="white" if outline else "none", linewidth=0.8,
+            zorder=12 if outline else 7,
+        ))  # fmt: skip
+
+
+def _lighter(colour: str, amount: float) -> tuple[float, float, float]:
+    r, g, b = (c + (1.0 - c) * amount for c in to_rgb(colour))
+    return r, g, b
+
+
+def _points_per_metre(axes: Axes) -> float:
+    box = axes.get_window_extent()
+    low, high = axes.get_xlim()
+    figure = axes.get_figure()
+    dpi = figure.dpi if figure is not None else 100.0
+    return float(box.width / dpi * _POINTS_PER_INCH / (high - low))
+
+
+def motion_strip(
+    solution: Solution,
+    reference: Recording | Solution | None = None,
+    *,
+    poses: int = 8,
+    colour: str = ESTIMATE,
+    width: float = 10.0,
+) -> Figure:
+    """A row of poses evenly spaced in time: the estimate in colour, the reference grey behind it.
+
+    Args:
+        solution: the estimate.
+        reference: a recording with truth, or another solution; None draws the estimate alone.
+        poses: how many.
+        colour: of the estimate.
+        width: of the figure [inch].
+    """
+    time, q, reference_body, q_true = _frames_to_show(solution, reference, poses)
+    R, p = segment_poses(solution.body, q)
+    root = root_segment(solution.body.topology)
+    view = view_from(facing(solution.body, R))
+    shapes = [bones(solution.body, R[k], p[k]) for k in range(len(q))]
+    low, high = _vertical_extent(shapes, p[:, root], view)
+    cell = max(0.62 * (high - low), 0.9 * _widest(shapes, p[:, root], view))
+    axes, figure = _strip_axes(cell * len(q), low, high, width)
+    for k in range(len(q)):
+        place = (cell * (k + 0.5), 0.0)
+        if reference_body is not None and q_true is not None:
+            # Both stand on the estimate's root: the drawing shows the pose, not the drift.
+            R_true, p_true = segment_poses(reference_body, q_true[k : k + 1])
+            there = p_true[0, root_segment(reference_body.topology)]
+            ghost = bones(reference_body, R_true[0], p_true[0] + (p[k, root] - there))
+            _draw(axes, ghost, p[k, root], view, place, TRUTH, 1.0, outline=False)
+        _draw(axes, shapes[k], p[k, root], view, place, colour, 0.9, outline=True)
+        axes.text(place[0], low, f"{time[k]:.1f} s", ha="center", va="top", color=MUTED, size=9)
+    return figure
+
+
+def _frames_to_show(
+    solution: Solution, reference: Recording | Solution | None, poses: int
+) -> tuple[np.ndarray, np.ndarray, Body | None, np.ndarray | None]:
+    """Times, poses of the estimate, body and poses of the reference (None without one)."""
+    if reference is not None:
+        pair = align(solution, reference)
+        chosen = np.linspace(0, len(pair.time) - 1, min(poses, len(pair.time))).astype(int)
+        return pair.time[chosen], pair.q[chosen], pair.reference_body, pair.reference_q[chosen]
+    time, q = np.asarray(solution.trajectory.time), np.asarray(solution.trajectory.q)
+    inside = np.flatnonzero(time >= min(solution.setup.score_from, time[-1]))
+    chosen = inside[np.linspace(0, len(inside) - 1, min(poses, len(inside))).astype(int)]
+    return time[chosen], q[chosen], None, None
+
+
+def _relative(shape: Bones, root: np.ndarray, view: View) -> np.ndarray:
+    ground = np.array([root[0], root[1], 0.0])
+    points = np.concatenate([shape.start, shape.end, shape.heads])
+    return view.flat(points) - view.flat(ground[None])
+
+
+def _vertical_extent(shapes: list[Bones], roots: np.ndarray, view: View) -> tuple[float, float]:
+    heights = [_relative(s, r, view)[:, 1] for s, r in zip(shapes, roots, strict=True)]
+    return min(h.min() for h in heights) - 0.12, max(h.max() for h in heights) + 0.16
+
+
+def _widest(shapes: list[Bones], roots: np.ndarray, view: View) -> float:
+    across = [_relative(s, r, view)[:, 0] for s, r in zip(shapes, roots, strict=True)]
+    return 2 * max(float(np.abs(x).max()) for x in across) + 0.1
+
+
+def _strip_axes(length: float, low: float, high: float, width: float) -> tuple[Axes, Figure]:
+    bottom = low - 0.14
+    figure = Figure(figsize=(width, width * (high - bottom) / length))
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.set_xlim(0.0, length)
+    axes.set_ylim(bottom, high)
+    axes.set_axis_off()
+    axes.axhline(low + 0.04, color=INK, linewidth=0.6, alpha=0.25, zorder=0)
+    return axes, figure
