@@ -26,6 +26,8 @@ RATE = 120.0
 """Frame rate [1/s]."""
 _CYCLE = 1.06
 """Stride time [s]."""
+_ROOT_HEIGHT = 0.92825 / 1.75
+"""Height of the pelvis of `human()` at rest, as a fraction of stature."""
 _HARMONICS = 6
 
 # Right leg, degrees at 0, 5, ... 95 % of the stride from heel contact; flexion positive.
@@ -121,7 +123,7 @@ def _pelvis(
     body: Body, time: Float[np.ndarray, "t"], q: Float[np.ndarray, "t nq"]
 ) -> Float[np.ndarray, "t 7"]:
     """Root pose: steady speed, sway over the stance foot, height that keeps soles on the floor."""
-    cycle, stature = time / _CYCLE, float(body.qpos0[2]) / 0.53
+    cycle, stature = time / _CYCLE, float(body.qpos0[2]) / _ROOT_HEIGHT
     axial, lateral = _TURN * _wave(cycle, 0.0), -_OBLIQUITY * _wave(cycle, 0.12)
     R = Rotation.from_euler("ZX", np.radians(np.stack([axial, lateral], 1)))
     # Right foot bears from 0 to 0.6 of the stride: the pelvis is over it (at -Y) at 0.3.
