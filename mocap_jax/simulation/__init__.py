@@ -6,8 +6,9 @@ from mocap_jax.simulation.options import SimulationOptions
 from mocap_jax.simulation.profiles import PROFILES, Profile
 from mocap_jax.simulation.simulate import simulate
 from mocap_jax.simulation.suit import Mounting, Suit
+from mocap_jax.simulation.suit_file import load_suit, save_suit
 
 __all__ = [
-    "PROFILES", "Mounting", "Profile", "SimulationOptions", "Suit", "default_suit", "mount",
-    "simulate",
+    "PROFILES", "Mounting", "Profile", "SimulationOptions", "Suit", "default_suit", "load_suit",
+    "mount", "save_suit", "simulate",
 ]  # fmt: skip

@@ -3,7 +3,8 @@
 The paper gives no list of places. Ours: boards on pelvis, abdomen, chest, head and on both
 shoulders, upper arms, forearms, hands, thighs, shanks and feet; seven sources on chest and belly
 pointing forward (fanned sideways and tilted down, so that they hear arms and legs), the eighth on
-the brim of a hat pointing down. Devices sit on the surface of the body's own shapes.
+the brim of a hat pointing down; the head's board is on that brim as well. Devices sit on the
+surface of the body's own shapes.
 """
 
 from __future__ import annotations
@@ -19,21 +20,30 @@ from mocap_jax.errors import InputError
 from mocap_jax.simulation.anatomy import Anatomy, anatomy_of
 from mocap_jax.simulation.suit import Mounting, Suit
 
-# Height of a device's transducer over the skin [m], and how far a hat's brim stands out [m].
-_CLEARANCE = 0.01
-_BRIM = 0.08
+# Height over the skin of boards and of sources (on plates over a garment) [m], and how far the
+# board and the source on the hat's brim stand out from the forehead [m].
+_BOARD_HEIGHT = 0.01
+_SOURCE_HEIGHT = 0.02
+_BRIM_BOARD, _BRIM = 0.08, 0.13
+# Segments shorter than the first have no direction of their own; they count as the second [m].
+_POINT, _STUB = 0.005, 0.1
 _TRUNK_SEGMENTS = ("T8", "T12", "L3", "L5", "Pelvis")
 
 
 @dataclass(frozen=True)
 class _TrunkPlace:
-    """On the trunk: level from hips (0) to neck (1); azimuth from front to left, tilt down [deg]."""
+    """On the trunk: level from hips (0) to neck (1); angles in degrees."""
 
     name: str
     segments: tuple[str, ...]
+    """The best first."""
     level: float
-    azimuth: float
+    place: float
+    """Where around the trunk: from the front to the left."""
+    aim: float
+    """Where the device's z axis points: from the front to the left."""
     tilt: float = 0.0
+    """How far down it points."""
 
 
 @dataclass(frozen=True)
@@ -51,27 +61,27 @@ class _LimbPlace:
 _CHEST = ("T8", "T12", "L3", "L5", "Pelvis")
 _BELLY = ("L3", "L5", "T12", "Pelvis", "T8")
 _TRUNK_BOARDS = (
-    _TrunkPlace("pelvis", ("Pelvis", "L5"), 0.05, 0.0),
-    _TrunkPlace("abdomen", ("L5", "L3", "Pelvis", "T12", "T8"), 0.32, 0.0),
-    _TrunkPlace("chest", _CHEST, 0.80, 0.0),
+    _TrunkPlace("pelvis", ("Pelvis", "L5"), 0.05, 0.0, 0.0),
+    _TrunkPlace("abdomen", ("L5", "L3", "Pelvis", "T12", "T8"), 0.32, 0.0, 0.0),
+    _TrunkPlace("chest", _CHEST, 0.62, 0.0, 0.0),
 )
 _TRUNK_SOURCES = (
-    _TrunkPlace("chest_left", _CHEST, 0.78, 45.0, 25.0),
-    _TrunkPlace("chest_right", _CHEST, 0.78, -45.0, 25.0),
-    _TrunkPlace("chest_low", _CHEST, 0.62, 0.0, 15.0),
-    _TrunkPlace("belly_left", _BELLY, 0.42, 45.0, 20.0),
-    _TrunkPlace("belly_right", _BELLY, 0.42, -45.0, 20.0),
-    _TrunkPlace("belly_top", _BELLY, 0.46, 0.0, 15.0),
-    _TrunkPlace("belly_low", _BELLY, 0.20, 0.0, 25.0),
+    _TrunkPlace("chest_left", _CHEST, 0.78, 55.0, 30.0, 20.0),
+    _TrunkPlace("chest_right", _CHEST, 0.78, -55.0, -30.0, 20.0),
+    _TrunkPlace("chest_top", _CHEST, 0.82, 0.0, 0.0, 0.0),
+    _TrunkPlace("belly_left", _BELLY, 0.40, 60.0, 35.0, 30.0),
+    _TrunkPlace("belly_right", _BELLY, 0.40, -60.0, -35.0, 30.0),
+    _TrunkPlace("belly_top", _BELLY, 0.46, 0.0, 0.0, 15.0),
+    _TrunkPlace("belly_low", _BELLY, 0.25, 0.0, 0.0, 30.0),
 )
 _LIMB_BOARDS = (
-    _LimbPlace("shoulder", "Shoulder", 0.6, 0.7, 0.0, 0.7),
-    _LimbPlace("upper_arm", "UpperArm", 0.55, 0.6, 0.8),
-    _LimbPlace("forearm", "ForeArm", 0.8, 0.6, 0.8),
-    _LimbPlace("hand", "Hand", 0.5, 0.3, 0.95),
-    _LimbPlace("thigh", "UpperLeg", 0.55, 0.85, 0.5),
-    _LimbPlace("shank", "LowerLeg", 0.35, 0.85, 0.5),
-    _LimbPlace("foot", "Foot", 0.5, 0.0, 0.0, 1.0),
+    _LimbPlace("shoulder", "Shoulder", 0.6, 0.9, 0.0, 0.45),
+    _LimbPlace("upper_arm", "UpperArm", 0.6, 1.0, 0.2),
+    _LimbPlace("forearm", "ForeArm", 0.75, 1.0, 0.3),
+    _LimbPlace("hand", "Hand", 0.5, 0.8, 0.6),
+    _LimbPlace("thigh", "UpperLeg", 0.55, 1.0, 0.3),
+    _LimbPlace("shank", "LowerLeg", 0.7, 1.0, 0.7),
+    _LimbPlace("foot", "Foot", 0.8, 0.0, 0.0, 1.0),
 )
 _DISTAL = {
     "Neck": "Head", "Shoulder": "UpperArm", "UpperArm": "ForeArm", "ForeArm": "Hand",
@@ -96,12 +106,12 @@ def default_suit(body: Body) -> Suit:
             "give a set-up file with boards on the segments "
             + ", ".join(body.topology.body_names[1:])
         )
-    boards = [_on_trunk(anatomy, place) for place in _TRUNK_BOARDS]
-    sources = [_on_trunk(anatomy, place) for place in _TRUNK_SOURCES]
+    boards = [_on_trunk(anatomy, place, _BOARD_HEIGHT) for place in _TRUNK_BOARDS]
+    sources = [_on_trunk(anatomy, place, _SOURCE_HEIGHT) for place in _TRUNK_SOURCES]
     omitted = []
     if "Head" in anatomy.segments:
-        boards.append(_on_limb(anatomy, _LimbPlace("head", "Head", 0.65, 1.0, 0.0), "head", "Head"))
-        sources.append(_hat(anatomy))
+        boards.append(_on_hat(anatomy, "head", _BRIM_BOARD, 1.0))
+        sources.append(_on_hat(anatomy, "hat", _BRIM, -1.0))
     else:
         omitted += ["board head: no segment Head", "source hat: no segment Head"]
     for place in _LIMB_BOARDS:
@@ -114,13 +124,15 @@ def default_suit(body: Body) -> Suit:
     return Suit(tuple(boards), tuple(sources), tuple(omitted))
 
 
-def _on_trunk(anatomy: Anatomy, place: _TrunkPlace) -> Mounting:
+def _on_trunk(anatomy: Anatomy, place: _TrunkPlace, height: float) -> Mounting:
     bottom, top = _trunk_axis(anatomy)
-    azimuth, tilt = np.radians(place.azimuth), np.radians(place.tilt)
-    outward = np.cos(azimuth) * anatomy.forward + np.sin(azimuth) * anatomy.left
+    around = lambda angle: (  # noqa: E731
+        np.cos(np.radians(angle)) * anatomy.forward + np.sin(np.radians(angle)) * anatomy.left
+    )
+    outward, tilt = around(place.place), np.radians(place.tilt)
     anchor = bottom + place.level * (top - bottom)
-    point = _surface(anatomy, _trunk_bodies(anatomy), anchor, outward) + _CLEARANCE * outward
-    axis = np.cos(tilt) * outward - np.sin(tilt) * anatomy.up
+    point = _surface(anatomy, _trunk_bodies(anatomy), anchor, outward) + height * outward
+    axis = np.cos(tilt) * around(place.aim) - np.sin(tilt) * anatomy.up
     segment = next(s for s in (*place.segments, *_TRUNK_SEGMENTS) if s in anatomy.segments)
     return _mounting(anatomy, place.name, segment, point, axis, -anatomy.up)
 
@@ -165,16 +177,18 @@ def _on_limb(anatomy: Anatomy, place: _LimbPlace, name: str, segment: str) -> Mo
     outward = outward / np.linalg.norm(outward)
     anchor = start + place.along * (end - start)
     own = {anatomy.segments[segment]}
-    point = _surface(anatomy, own, anchor, outward) + _CLEARANCE * outward
+    point = _surface(anatomy, own, anchor, outward) + _BOARD_HEIGHT * outward
     return _mounting(anatomy, name, segment, point, outward, along)
 
 
-def _hat(anatomy: Anatomy) -> Mounting:
+def _on_hat(anatomy: Anatomy, name: str, reach: float, upwards: float) -> Mounting:
+    """On the brim, `reach` in front of the forehead, facing up (1) or down (-1)."""
     start, end = _ends(anatomy, "Head")
     anchor = start + 0.75 * (end - start)
     own = {anatomy.segments["Head"]}
-    point = _surface(anatomy, own, anchor, anatomy.forward) + _BRIM * anatomy.forward
-    return _mounting(anatomy, "hat", "Head", point, -anatomy.up, anatomy.forward)
+    point = _surface(anatomy, own, anchor, anatomy.forward) + reach * anatomy.forward
+    point = point + upwards * _BOARD_HEIGHT * anatomy.up
+    return _mounting(anatomy, name, "Head", point, upwards * anatomy.up, anatomy.forward)
 
 
 def _ends(anatomy: Anatomy, segment: str) -> tuple[np.ndarray, np.ndarray]:
@@ -183,12 +197,23 @@ def _ends(anatomy: Anatomy, segment: str) -> tuple[np.ndarray, np.ndarray]:
     side = next((s for s in ("Left", "Right") if segment.startswith(s)), "")
     distal = side + _DISTAL.get(segment.removeprefix(side), "")
     if distal != side and distal in anatomy.segments:
-        return start, anatomy.position(distal)
+        # Skeletons may have a joint in between (CMU: the wrist before the hand).
+        child = anatomy.segments[distal]
+        while anatomy.model.body_parentid[child] not in (anatomy.segments[segment], 0):
+            child = anatomy.model.body_parentid[child]
+        if anatomy.model.body_parentid[child]:
+            return start, anatomy.data.xpos[child]
     own = np.flatnonzero(anatomy.model.geom_bodyid == anatomy.segments[segment])
     if own.size:
         # A shape's centre lies half-way along its segment.
-        return start, start + 2.0 * (anatomy.data.geom_xpos[own].mean(axis=0) - start)
-    return start, start + 0.1 * (anatomy.up if segment == "Head" else -anatomy.up)
+        half = anatomy.data.geom_xpos[own].mean(axis=0) - start
+        if np.linalg.norm(half) > _POINT:
+            return start, start + 2.0 * half
+    # A segment without extent goes on in the direction of its parent.
+    before = start - anatomy.data.xpos[anatomy.model.body_parentid[anatomy.segments[segment]]]
+    length = float(np.linalg.norm(before))
+    onwards = before / length if length > _POINT and segment != "Head" else anatomy.up
+    return start, start + _STUB * onwards
 
 
 def _surface(

@@ -13,10 +13,13 @@ class SimulationOptions:
 
     cutoff_hz: float = 12.0
     """Low-pass of the motion [Hz]; 20 is a stress test."""
+    fastest_joint: float = 40.0
+    """Joints that turn faster between two frames of the clip [rad/s] are taken for tracking errors
+    and bridged; a pitcher's elbow reaches about 40 (Fleisig et al. 1999, J. Biomech. 32)."""
     rest_s: float = 2.0
     """Still hold of the declared pose at the start [s] (Vlasic 2007, section 5.4)."""
     blend_s: float = 1.5
-    """Shortest transition from the rest pose into the clip [s]; longer if joints must travel far."""
+    """Shortest transition from the rest pose into the clip [s]; longer if joints travel far."""
     inertial_rate_hz: float = 140.0
     """Sampling rate of the boards [Hz] (Vlasic 2007, section 3.3)."""
     pulse_interval_s: float = 0.008
@@ -29,8 +32,8 @@ class SimulationOptions:
     """Absolute start of the recording [UTC ns]."""
 
     def __post_init__(self) -> None:
-        positive = ("cutoff_hz", "rest_s", "blend_s", "inertial_rate_hz", "pulse_interval_s",
-                    "speed_of_sound", "max_range_m")  # fmt: skip
+        positive = ("cutoff_hz", "fastest_joint", "rest_s", "blend_s", "inertial_rate_hz",
+                    "pulse_interval_s", "speed_of_sound", "max_range_m")  # fmt: skip
         for name in positive:
             if not getattr(self, name) > 0:
                 raise InputError(f"{name} {getattr(self, name):g}: must be above 0")

@@ -1,34 +1,42 @@
 """Profiles: how noisy, biased and ill-mounted the sensors of a simulated recording are.
 
-Figures of `field` and where they come from. Standard deviations unless said otherwise.
+Figures of `field` (standard deviations unless said otherwise) and what they rest on. White noise
+is that of `paper`; where a source gives a span, the figure is our choice within it.
 
-| effect | figure | source |
-| --- | --- | --- |
-| white noise | 0.02 m/s^2, 0.002 rad/s, 2.5 mm | Vlasic 2007, section 5.2 |
-| gyroscope bias | 0.5 deg/s | InvenSense MPU-6050 specification rev. 3.4: zero-rate output +-20 deg/s \
-before calibration; what a bench calibration leaves is a few per cent of it |
-| gyroscope drift | 2e-4 rad/s/sqrt(s) | rate random walk as in the usual MEMS models, El-Sheimy, Hou, \
-Niu 2008 (Allan variance); 0.07 deg/s in 40 s |
-| accelerometer bias | 0.15 m/s^2 (15 mg) | MPU-6050: zero-g output +-50 mg (x, y), +-80 mg (z) before \
-calibration |
-| accelerometer drift | 1e-3 m/s^2/sqrt(s) | as above |
-| scale error | 1 % each | MPU-6050: +-3 % initial tolerance of either |
-| saturation | +-16 g, +-2000 deg/s | MPU-6050: largest ranges |
-| mounting rotation | 3 deg an axis | errors of static calibration, Robert-Lachaine et al. 2017 (Gait & \
-Posture 54, 80-86) |
-| mounting position | 10 mm along the skin, 3 mm in depth | palpation of landmarks, Della Croce et al. \
-2005 (Gait & Posture 21, 226-237): 6-25 mm |
-| declared rest pose | 3 deg an axis and joint | repeatability of the N-pose, Robert-Lachaine 2017 |
-| soft tissue | 8 Hz, damping 0.3; 3 mm per rad of the joint | Wakeling and Nigg 2001 (J. Appl. \
-Physiol. 90, 412-420) resonances of muscle packages; Leardini et al. 2005 (Gait & Posture 21, \
-212-225) skin sliding |
-| segment length | 3 % | regression from stature, Drillis and Contini 1966; Winter 2009, chapter 4 |
-| speed of sound | 0.7 % | c = 331.3 + 0.606 T: 4 degrees Celsius make 0.7 % |
-| source offset | 2.3 mm | Vlasic 2007, section 4.3 |
-| multipath | 3 % of pulses | share of reflected first arrivals worn on clothing; between the 1-5 % of \
-outliers that Olson, Leonard, Teller 2006 report for acoustic ranges |
-| lost samples | 1 % in bursts of 5 | packet loss of body-worn radio sensors |
-| clock offset | 2 ms | start-up skew of boards with a common rate but no common trigger |
+white noise: 0.02 m/s^2, 0.002 rad/s, 2.5 mm
+    Vlasic 2007, section 5.2.
+gyroscope bias: 0.5 deg/s; accelerometer bias: 0.15 m/s^2 (15 mg)
+    InvenSense MPU-6000/6050 product specification 3.4: zero-rate output +-20 deg/s, zero-g output
+    +-50 mg (x, y) and +-80 mg (z) before calibration. A calibration such as that of Vlasic 2007,
+    section 4.3 leaves a few per cent of the first and, with temperature, more of the second.
+gyroscope drift: 2e-4 rad/s/sqrt(s); accelerometer drift: 1e-3 m/s^2/sqrt(s)
+    Rate and acceleration random walk in the MEMS error models of El-Sheimy, Hou, Niu 2008 (IEEE
+    Trans. Instrum. Meas. 57, 140-149); 0.07 deg/s in 40 s.
+scale error: 1 %
+    MPU-6050: +-3 % initial tolerance of both sensors; a third of it as standard deviation.
+saturation: +-16 g, +-2000 deg/s
+    MPU-6050: its largest ranges.
+mounting rotation: 3 deg an axis; declared rest pose: 3 deg an axis and joint
+    Static-pose calibration, Robert-Lachaine et al. 2017 (Gait & Posture 54, 80-86): errors and
+    repeatability of a few degrees.
+mounting position: 10 mm along the skin, 3 mm in depth
+    Finding a place by palpation, Della Croce et al. 2005 (Gait & Posture 21, 226-237): 6-25 mm.
+soft tissue: 8 Hz resonance, damping 0.3; sliding of 3 mm per rad of the segment's joint
+    Wakeling and Nigg 2001 (J. Appl. Physiol. 90, 412-420): damped tissue resonances from about
+    10 Hz; Leardini et al. 2005 (Gait & Posture 21, 212-225): skin slides by millimetres to
+    centimetres, most near joints.
+segment length: 3 %
+    Regression from stature, Drillis and Contini 1966, in Winter 2009, chapter 4.
+speed of sound: 0.7 %
+    c = (331.3 + 0.606 T) m/s: an air temperature that is wrong by 4 degrees Celsius.
+source offset: 2.3 mm
+    Vlasic 2007, section 4.3: 2.35 mm mean error after calibration.
+multipath: 3 % of pulses lose their direct sound and have a strong echo
+    Our choice: a few per cent of gross positive errors are usual in acoustic ranging (Olson,
+    Leonard, Teller 2006).
+lost samples: 1 %, in bursts of 5 on average; clock offset: 2 ms
+    Our choice for radio-connected boards of common rate without a common trigger (Vlasic's boards
+    are wired to one driver box and have neither).
 """
 
 from __future__ import annotations

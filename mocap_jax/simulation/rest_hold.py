@@ -15,7 +15,7 @@ from mocap_jax.motion import Motion
 from mocap_jax.recording import RestHold
 from mocap_jax.simulation.anatomy import Anatomy, anatomy_of
 from mocap_jax.simulation.options import SimulationOptions
-from mocap_jax.simulation.smoothing import low_pass
+from mocap_jax.simulation.smoothing import bridge_jumps, low_pass
 from mocap_jax.simulation.spline import PoseSpline
 
 # The body stays still a little longer than declared, so that the declared interval is still
@@ -23,6 +23,9 @@ from mocap_jax.simulation.spline import PoseSpline
 _SETTLE = 0.15
 # Fastest mean turn of a joint [rad/s] and walk of the root [m/s] during the blend.
 _BLEND_SPEED = 1.2
+# Joints reach the clip's first velocity and acceleration within these times [s]: spread over the
+# whole blend, a fast start would swing them far back first.
+_PICK_UP_SPEED, _PICK_UP_ACCELERATION = 0.5, 0.2
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,8 @@ class Performance:
     rest: RestHold
     score_from: float
     cutoff_hz: float
+    bridged_frames: int
+    """Frames of the clip in which an impossibly fast joint was bridged."""
 
     def spline(self, topology: Topology) -> PoseSpline:
         """The whole performance as one spline."""
@@ -58,6 +63,7 @@ def perform(
     clip_time, clip = _checked(motion)
     topology = motion.body.topology
     step = float(clip_time[-1] - clip_time[0]) / (len(clip_time) - 1)
+    clip, bridged = bridge_jumps(topology, clip, 1.0 / step, options.fastest_joint)
     clip, cutoff = low_pass(topology, clip, 1.0 / step, options.cutoff_hz)
     _, v, a = PoseSpline(topology, step * np.arange(len(clip)), clip).evaluate(np.zeros(1))
     declared = _standing(motion.body, clip)
@@ -71,7 +77,7 @@ def perform(
     q = np.concatenate([np.repeat(held[None], still, axis=0), bridge, clip])
     time = step * np.arange(len(q))
     rest = RestHold(0.0, options.rest_s, _by_joint(topology, declared))
-    return Performance(time, q, rest, float(time[still + blend]), cutoff)
+    return Performance(time, q, rest, float(time[still + blend]), cutoff, bridged)
 
 
 def _checked(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
@@ -149,11 +155,17 @@ def _blend(
     """
     start = tangent_difference(topology, q_to, q_from)
     duration = count * step
-    s = (np.arange(count) / count)[:, None]
+    to_speed = np.full(topology.nv, min(_PICK_UP_SPEED, duration))
+    to_speed[:3] = duration
+    to_acceleration = min(_PICK_UP_ACCELERATION, duration)
+    before_end = duration - step * np.arange(count)[:, None]
+    s = 1.0 - before_end / duration
     leave = 1 - 10 * s**3 + 15 * s**4 - 6 * s**5
-    speed = -4 * s**3 + 7 * s**4 - 3 * s**5
-    bend = 0.5 * s**3 - s**4 + 0.5 * s**5
-    delta = leave * start + speed * duration * v_to + bend * duration**2 * a_to
+    s = np.maximum(1.0 - before_end / to_speed, 0.0)
+    speed = to_speed * (-4 * s**3 + 7 * s**4 - 3 * s**5)
+    s = np.maximum(1.0 - before_end / to_acceleration, 0.0)
+    bend = to_acceleration**2 * (0.5 * s**3 - s**4 + 0.5 * s**5)
+    delta = leave * start + speed * v_to + bend * a_to
     return np.stack([_moved(topology, q_to, d) for d in delta])
 
 

@@ -143,6 +143,8 @@ def _setup(
         "seed": int(seed),
         "cutoff_hz": performance.cutoff_hz if np.isfinite(performance.cutoff_hz) else "none",
     }
+    if performance.bridged_frames:
+        facts["bridged_frames"] = performance.bridged_frames
     if suit.omitted:
         facts["suit_omitted"] = "; ".join(suit.omitted)
     rate = options.inertial_rate_hz

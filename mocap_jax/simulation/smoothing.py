@@ -10,6 +10,8 @@ from mocap_jax.body import Topology
 from mocap_jax.errors import InputError
 
 _ORDER = 4
+# Frames this close to a jump are bridged with it [s].
+_BRIDGE_MARGIN = 0.1
 
 
 def continuous_signs(quaternions: Float[np.ndarray, "t n 4"]) -> Float[np.ndarray, "t n 4"]:
@@ -62,18 +64,64 @@ def low_pass(
     return normalise_rows(topology, out), cutoff_hz
 
 
+def bridge_jumps(
+    topology: Topology, q: Float[np.ndarray, "t nq"], rate_hz: float, fastest: float
+) -> tuple[Float[np.ndarray, "t nq"], int]:
+    """Replace stretches where a joint turns impossibly fast by interpolation across them.
+
+    Optical clips hold swapped markers and flipped solutions: turns of radians within one frame,
+    which would make thousands of m/s^2 at the sensors.
+
+    Args:
+        topology: joints of the body.
+        q: uniformly sampled poses.
+        rate_hz: sampling rate [Hz].
+        fastest: largest believable speed of a joint [rad/s].
+
+    Returns:
+        Poses and the number of frames in which some joint was bridged.
+    """
+    out = unwrap(topology, q)
+    margin = int(np.ceil(_BRIDGE_MARGIN * rate_hz))
+    touched = np.zeros(len(out), bool)
+    in_q, _ = topology.quat_index
+    rotations = [list(i) for i in in_q] + [[i] for i in _hinges(topology)]
+    for columns in rotations:
+        # Chords of quaternions are half the angle to second order.
+        step = np.linalg.norm(np.diff(out[:, columns], axis=0), axis=1) * (
+            2.0 if len(columns) == 4 else 1.0
+        )
+        jumps = np.flatnonzero(step * rate_hz > fastest)
+        if not jumps.size:
+            continue
+        bad = np.zeros(len(out), bool)
+        for jump in jumps:
+            bad[max(jump - margin, 0) : jump + margin + 2] = True
+        good = np.flatnonzero(~bad)
+        if len(good) < 2:
+            continue
+        for column in columns:
+            out[bad, column] = np.interp(np.flatnonzero(bad), good, out[good, column])
+        touched |= bad
+    return normalise_rows(topology, out), int(touched.sum())
+
+
 def unwrap(topology: Topology, q: Float[np.ndarray, "t nq"]) -> Float[np.ndarray, "t nq"]:
     """Remove jumps of whole turns of hinges and of sign of quaternions."""
     out = np.array(q, float)
-    hinges = [
-        topology.joint_qpos[j] for j, kind in enumerate(topology.joint_types) if kind == "hinge"
-    ]
+    hinges = _hinges(topology)
     if hinges:
         out[:, hinges] = np.unwrap(out[:, hinges], axis=0)
     in_q, _ = topology.quat_index
     if in_q.size:
         out[:, in_q] = continuous_signs(out[:, in_q])
     return out
+
+
+def _hinges(topology: Topology) -> list[int]:
+    """Indices of hinge coordinates in q."""
+    kinds = enumerate(topology.joint_types)
+    return [int(topology.joint_qpos[j]) for j, kind in kinds if kind == "hinge"]
 
 
 def normalise_rows(topology: Topology, q: Float[np.ndarray, "t nq"]) -> Float[np.ndarray, "t nq"]:

@@ -14,8 +14,8 @@ class PoseSpline:
     """Quintic (four times differentiable) spline through poses, evaluated on the manifold.
 
     Quaternion components c(t) are splined and normalised, q = c / |c|. Body-frame rates follow
-    analytically: with n = |c|^2, w = 2 vec(c* c') / n and w' = 2 vec(c* c'') / n - w n' / n, because
-    vec(c'* c') = 0. Velocities and accelerations are in MuJoCo's tangent convention.
+    analytically: with n = |c|^2, w = 2 vec(c* c') / n and w' = 2 vec(c* c'') / n - w n' / n,
+    because vec(c'* c') = 0. Velocities and accelerations are in MuJoCo's tangent convention.
     """
 
     def __init__(
