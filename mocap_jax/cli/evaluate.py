@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from mocap_jax.cli.exit_codes import SUCCESS
-from mocap_jax.cli.files import output_file
+from mocap_jax.cli.files import exit_code, output_file, read_solution_input
 from mocap_jax.cli.parser import add_json_argument
 from mocap_jax.cli.results import to_json, write_json
 
@@ -26,12 +25,12 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the verb."""
     json_file = output_file(arguments.json) if arguments.json else None
     from mocap_jax.cli.reference import read_reference
-    from mocap_jax.io import read_solution
     from mocap_jax.metrics import evaluate
 
-    solution = read_solution(arguments.solution)
-    errors = evaluate(solution, read_reference(arguments.reference))
+    solution = read_solution_input(arguments.solution)
+    reference = read_reference(arguments.reference)
+    errors = evaluate(solution, reference)
     print(errors)
     if json_file is not None:
         write_json(json_file, to_json(solution, errors))
-    return SUCCESS
+    return exit_code(solution, reference)

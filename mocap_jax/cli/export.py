@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from mocap_jax.cli.exit_codes import SUCCESS
-from mocap_jax.cli.files import output_file
+from mocap_jax.cli.files import exit_code, output_file, read_solution_input
 
 SUMMARY = "write a solution's motion as BVH, CSV or NPZ, by suffix"
 EXAMPLE = "mocap-jax export walk.solution.mcap -o walk.bvh"
@@ -27,8 +26,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the verb."""
     output = output_file(arguments.output, SUFFIXES)
-    from mocap_jax.io import export_motion, read_solution
+    from mocap_jax.io import export_motion
 
-    export_motion(output, read_solution(arguments.solution))
+    solution = read_solution_input(arguments.solution)
+    export_motion(output, solution)
     print(f"wrote {output}")
-    return SUCCESS
+    return exit_code(solution)

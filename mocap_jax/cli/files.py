@@ -13,6 +13,7 @@ from mocap_jax.errors import InputError
 
 if TYPE_CHECKING:
     from mocap_jax.recording import Recording
+    from mocap_jax.solution import Solution
 
 
 def output_file(path: str | os.PathLike[str], suffixes: Iterable[str] = ()) -> Path:
@@ -66,11 +67,31 @@ def read_input(path: str | os.PathLike[str]) -> Recording:
     from mocap_jax.io import read_recording
 
     recording = read_recording(path)
-    if recording.salvage:
-        print(f"mocap-jax: warning: {path}: {' '.join(recording.salvage)}", file=sys.stderr)
+    _warn(path, losses(recording))
     return recording
 
 
-def exit_code(recording: Recording) -> int:
-    """Exit code of a verb that made a result from this recording."""
-    return SALVAGED if recording.salvage else SUCCESS
+def read_solution_input(path: str | os.PathLike[str]) -> Solution:
+    """Read a solution and say on stderr what was lost, if its file was damaged."""
+    from mocap_jax.io import read_solution
+
+    solution = read_solution(path)
+    _warn(path, losses(solution))
+    return solution
+
+
+def losses(source: Recording | Solution) -> tuple[str, ...]:
+    """What was lost when a file was read, one sentence each."""
+    if hasattr(source, "salvage"):
+        return source.salvage
+    return tuple(remark for remark in source.remarks if remark.startswith("Salvaged:"))
+
+
+def exit_code(*sources: Recording | Solution) -> int:
+    """Exit code of a verb that made a result from these files."""
+    return SALVAGED if any(losses(source) for source in sources) else SUCCESS
+
+
+def _warn(path: str | os.PathLike[str], lost: tuple[str, ...]) -> None:
+    if lost:
+        print(f"mocap-jax: warning: {path}: damaged; {' '.join(lost)}", file=sys.stderr)

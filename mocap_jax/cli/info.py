@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import argparse
 
-SUMMARY = "tell what is in a recording or a solution"
+from mocap_jax.cli.exit_codes import SALVAGED, SUCCESS
+
+SUMMARY = "tell what is in a file: recording, solution, motion, body or set-up"
 EXAMPLE = "mocap-jax info walk.mcap"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    parser.add_argument("file", metavar="FILE", help="recording or solution (.mcap)")
+    parser.add_argument("file", metavar="FILE", help=".mcap, .amc, .bvh, .npz, .xml, .asf or .toml")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the verb."""
     from mocap_jax.io import describe
 
-    print(describe(arguments.file))
-    return 0
+    text = describe(arguments.file)
+    print(text)
+    damaged = any("salvaged:" in line.lower() for line in text.splitlines())
+    return SALVAGED if damaged else SUCCESS

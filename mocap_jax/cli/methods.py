@@ -57,11 +57,13 @@ def solve(
         smooth: with "ekf", run the backward smoother as well.
         progress: show progress bars on stderr.
     """
-    from mocap_jax.estimate import EkfOptions, OptimiseOptions, ekf, optimise
+    from mocap_jax.estimate import EkfOptions, ekf
 
     filtering = EkfOptions(kinds=kinds, root=root, process=process, smooth=smooth)
     if method == "ekf":
         return ekf(recording, body, options=filtering, progress=progress)
+    from mocap_jax.estimate import OptimiseOptions, optimise
+
     smoothing = EkfOptions(kinds=kinds, root=root, process=process, smooth=True)
     initial = ekf(recording, body, options=smoothing, progress=progress)
     return optimise(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -67,10 +68,11 @@ def run(arguments: argparse.Namespace) -> int:
     )
     json_file = output_file(arguments.json) if arguments.json else None
     from mocap_jax.body import load_body
-    from mocap_jax.io import write_solution
+    from mocap_jax.io import validate_recording, write_solution
 
     body = load_body(arguments.body) if arguments.body else None
     recording = read_input(source)
+    validate_recording(recording, body, name=str(source))
     _check_root(arguments, recording, source)
     preset = PRESETS[arguments.preset or "default"]
     solution = solve(
@@ -83,6 +85,7 @@ def run(arguments: argparse.Namespace) -> int:
         smooth=arguments.smooth,
         progress=sys.stderr.isatty(),
     )
+    solution = dataclasses.replace(solution, remarks=(*solution.remarks, *recording.salvage))
     print(describe_solution(solution))
     errors = errors_against_truth(solution, recording) if solution.status.ok else None
     if errors is not None:

@@ -14,11 +14,10 @@ if TYPE_CHECKING:
 
 def read_reference(path: str | os.PathLike[str]) -> Recording | Solution:
     """Read a reference; raises `InputError` for a recording without truth."""
-    from mocap_jax.cli.files import read_input
-    from mocap_jax.io import read_solution
+    from mocap_jax.cli.files import read_input, read_solution_input
 
     try:
-        return read_solution(path)
+        return read_solution_input(path)
     except InputError as not_a_solution:
         try:
             recording = read_input(path)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from mocap_jax.cli.exit_codes import SUCCESS
-from mocap_jax.cli.files import exit_code, output_file, read_input
+from mocap_jax.cli.files import exit_code, output_file, read_input, read_solution_input
 
 SUMMARY = "show one or more solutions as one HTML page"
 EXAMPLE = "mocap-jax report walk.solution.mcap -o report.html --recording walk.mcap"
@@ -25,10 +24,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the verb."""
     output = output_file(arguments.output, (".html", ".htm"))
-    from mocap_jax.io import read_solution
     from mocap_jax.report import write_report
 
     recording = read_input(arguments.recording) if arguments.recording else None
-    write_report(output, [read_solution(path) for path in arguments.solutions], recording)
+    solutions = [read_solution_input(path) for path in arguments.solutions]
+    write_report(output, solutions, recording)
     print(f"wrote {output}")
-    return exit_code(recording) if recording is not None else SUCCESS
+    return exit_code(*solutions, *([recording] if recording is not None else []))

@@ -79,12 +79,14 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _load_motion(arguments: argparse.Namespace) -> Motion:
     from mocap_jax.body import load_body
-    from mocap_jax.motion import BUILTIN_MOTIONS, builtin_motion, load_motion, retarget
+    from mocap_jax.motion import BUILTIN_MOTIONS, builtin_motion, load_motion
 
-    body = load_body(arguments.body) if arguments.body else None
+    body = load_body(arguments.body, free_root=True) if arguments.body else None
     if arguments.motion in BUILTIN_MOTIONS:
         _refuse_file_options(arguments)
-        return builtin_motion(arguments.motion, body)
+        if arguments.motion == "routine":
+            return builtin_motion("routine", body)
+        return _on_body(builtin_motion(arguments.motion), body)
     if not Path(arguments.motion).exists() and not Path(arguments.motion).suffix:
         known = ", ".join(BUILTIN_MOTIONS)
         raise InputError(
@@ -97,14 +99,18 @@ def _load_motion(arguments: argparse.Namespace) -> Motion:
         scale=arguments.scale,
         skip=arguments.skip,
     )
-    return _on_body(motion, body, retarget) if body is not None else motion
+    return _on_body(motion, body)
 
 
-def _on_body(motion: Motion, body: Body, retarget) -> Motion:
+def _on_body(motion: Motion, body: Body | None) -> Motion:
+    """The motion retargeted to a body, if one is given; prints how well that went."""
+    if body is None:
+        return motion
+    from mocap_jax.motion import retarget
+
     fitted = retarget(motion, body)
-    new = {k: v for k, v in fitted.facts.items() if k not in motion.facts}
-    for fact, value in new.items():
-        print(f"retargeted: {fact} = {value}")
+    for fact in fitted.facts.keys() - motion.facts.keys():
+        print(f"retargeted: {fact} {fitted.facts[fact]}")
     return fitted
 
 

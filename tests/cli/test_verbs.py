@@ -119,6 +119,7 @@ def test_truncated_recording_gives_a_result_and_says_so(run, reconstructed, tmp_
     assert len(outcome.error_lines) == 1
     assert outcome.err.startswith("mocap-jax: warning:") and "cut.mcap" in outcome.err
     assert (tmp_path / "cut.solution.mcap").is_file()
+    assert run("info", path).code == SALVAGED
 
 
 def test_traceback_only_when_asked_for(run, tmp_path):

@@ -223,7 +223,7 @@ def test_broken_motion(refused, tmp_path):
 
 @pytest.mark.parametrize(
     ("text", "word"),
-    [("sensors = [", "TOML"), ("sensor = 3\n", "sensors"), ("\x00", "suit.toml")],
+    [("boards = [", "TOML"), ("sensor = 3\n", "boards"), ("\x00", "suit.toml")],
 )
 def test_suit_that_is_none(refused, tmp_path, text, word):
     suit = tmp_path / "suit.toml"
