@@ -22,9 +22,7 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     Raises:
         InputError: the file cannot be written there (path and reason are named).
     """
-    # A link keeps pointing at its target, which is what is replaced.
-    target = Path(os.path.realpath(path))
-    _refuse_target(path, target)
+    target = _target(path)
     temporary = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
     try:
         with open(temporary, "xb") as stream:
@@ -39,15 +37,26 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
             temporary.unlink()
 
 
-def _refuse_target(path: str | os.PathLike[str], target: Path) -> None:
+def _target(path: str | os.PathLike[str]) -> Path:
+    """The file to replace, once it is known that it may be."""
     try:
-        if target.is_dir():
-            raise InputError(f"{path}: cannot write: it is a folder (name a file)")
-        if not target.parent.is_dir():
-            raise InputError(f"{path}: cannot write: no folder {target.parent}")
-        if target.exists() and not target.is_file():
-            raise InputError(f"{path}: cannot write: it is not a regular file")
-        if target.exists() and not os.access(target, os.W_OK):
-            raise InputError(f"{path}: cannot write: the file is read-only")
+        # A link keeps pointing at its target, which is what is replaced.
+        target = Path(os.path.realpath(path))
+        reason = _reason_against(target)
     except (OSError, ValueError) as error:  # Names too long or with NUL characters.
-        raise InputError(f"{path}: cannot write: {error}") from error
+        raise InputError(f"{path!r}: cannot write: {error}") from error
+    if reason:
+        raise InputError(f"{path}: cannot write: {reason}")
+    return target
+
+
+def _reason_against(target: Path) -> str:
+    if target.is_dir():
+        return "it is a folder (name a file)"
+    if not target.parent.is_dir():
+        return f"no folder {target.parent}"
+    if target.exists() and not target.is_file():
+        return "it is not a regular file"
+    if target.exists() and not os.access(target, os.W_OK):
+        return "the file is read-only"
+    return ""

@@ -19,7 +19,7 @@ from jaxtyping import Float
 
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError
-from mocap_jax.io.mcap_trajectory import world_frames
+from mocap_jax.io.world_frames import world_frames
 from mocap_jax.trajectory import Trajectory
 
 _CENTIMETRES = 100.0

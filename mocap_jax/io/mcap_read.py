@@ -109,6 +109,7 @@ class _Walk:
         self._metadata: dict[str, dict[str, str]] = {}
         self._damage: list[str] = []
         self._expected: int | None = None
+        self._data_ended = False
 
     def contents(self) -> Contents:
         """Sort what was found."""
@@ -152,7 +153,8 @@ class _Walk:
                 self._check_end(data, at)
                 return
             self._record(opcode, content, start)
-        self._damage.append(f"the file ends early, at byte {len(data)}: later records are missing")
+        lost = "only its index is missing" if self._data_ended else "later records are missing"
+        self._damage.append(f"the file ends early, at byte {len(data)}: {lost}")
 
     def _record(self, opcode: int, content: bytes, start: int) -> None:
         stream = ReadDataStream(BytesIO(content))
@@ -182,6 +184,7 @@ class _Walk:
         self._attachments[attachment.name] = attachment.data
 
     def _data_end(self, crc: int, start: int) -> None:
+        self._data_ended = True
         if crc and crc != zlib.crc32(self._data[:start]) and not self._damage:
             self._damage.append("checksum of the data differs: some bytes were changed")
 

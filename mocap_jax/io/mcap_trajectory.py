@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from functools import partial
-
-import jax
 import jax.numpy as jnp
 import numpy as np
 
-from mocap_jax import so3
-from mocap_jax.body import Body, Topology, frames
+from mocap_jax.body import Body, Topology
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.io import protobuf_messages as pb
 from mocap_jax.io import ros_messages as ros
 from mocap_jax.io.mcap_read import Contents
 from mocap_jax.io.mcap_write import McapFile, stamps_from_seconds
+from mocap_jax.io.world_frames import relative_frames
 from mocap_jax.trajectory import Trajectory
 
 TRANSFORM_RATE_HZ = 30.0
@@ -99,28 +96,6 @@ def thinned(time: np.ndarray, rate_hz: float) -> np.ndarray:
         return np.arange(len(time))
     every = max(1, int(np.floor(1.0 / (rate_hz * float(np.median(np.diff(time)))) + 0.5)))
     return np.arange(0, len(time), every)
-
-
-def world_frames(body: Body, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """World rotations (t, nbody, 3, 3) and positions (t, nbody, 3) of all bodies."""
-    rotation, position = _world_frames(body, jnp.asarray(q))
-    return np.asarray(rotation), np.asarray(position)
-
-
-@partial(jax.jit)
-def _world_frames(body: Body, q: jax.Array) -> tuple[jax.Array, jax.Array]:
-    f = jax.vmap(lambda x: frames(body, x))(q)
-    return f.rotation, f.position
-
-
-def relative_frames(body: Body, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Translations (t, nbody-1, 3) and rotations wxyz (t, nbody-1, 4) in the parent body."""
-    rotation, position = world_frames(body, q)
-    parent = np.array(body.topology.body_parent[1:], int)
-    R_parent_world = np.swapaxes(rotation[:, parent], -1, -2)
-    translation = R_parent_world @ (position[:, 1:] - position[:, parent])[..., None]
-    quaternion = so3.quat_from_matrix(jnp.asarray(R_parent_world @ rotation[:, 1:]))
-    return translation[..., 0], np.asarray(quaternion)
 
 
 def read_trajectory(contents: Contents, prefix: str, topology: Topology) -> Trajectory:

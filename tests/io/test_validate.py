@@ -1,0 +1,126 @@
+"""Each fault of a recording is refused in one line that names it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from io_samples import SENSORS, random_recording
+
+from mocap_jax.body import load_body
+from mocap_jax.errors import InputError
+from mocap_jax.io import validate_recording
+from mocap_jax.recording import RestHold
+
+
+@pytest.fixture()
+def recording(body):
+    return random_recording(body, n=60)
+
+
+def with_pelvis(recording, **changes):
+    stream = replace(recording.inertial["pelvis"], **changes)
+    return replace(recording, inertial={**recording.inertial, "pelvis": stream})
+
+
+def with_ranges(recording, **changes):
+    return replace(recording, ranges=replace(recording.ranges, **changes))
+
+
+def spoiled(values, at, value):
+    values = np.array(values)
+    values[at] = value
+    return values
+
+
+FAULTS = {
+    "no body model": lambda r: replace(r, body_xml=None),
+    "body.xml: .*not a valid MJCF": lambda r: replace(r, body_xml="<mujoco><b/></mujoco>"),
+    "neither inertial nor range": lambda r: replace(r, inertial={}, ranges=None),
+    "/inertial/pelvis: the stream is empty": lambda r: with_pelvis(
+        r, time=np.zeros(0), accelerometer=np.zeros((0, 3)), gyroscope=np.zeros((0, 3)),
+        orientation=np.zeros((0, 4)),
+    ),
+    "goes backwards at sample 30": lambda r: with_pelvis(
+        r, time=spoiled(r.inertial["pelvis"].time, 30, 0.0)
+    ),
+    "time repeats at sample 7": lambda r: with_pelvis(
+        r, time=spoiled(r.inertial["pelvis"].time, 7, r.inertial["pelvis"].time[6])
+    ),
+    "1 time stamps are not finite": lambda r: with_pelvis(
+        r, time=spoiled(r.inertial["pelvis"].time, 3, np.nan)
+    ),
+    "probably g;": lambda r: with_pelvis(
+        r, accelerometer=np.tile([0.0, 0.0, 1.0], (60, 1))
+    ),
+    "check unit and gravity": lambda r: with_pelvis(
+        r, accelerometer=np.tile([0.0, 0.0, 0.01], (60, 1))
+    ),
+    "probably deg/s": lambda r: with_pelvis(r, gyroscope=np.full((60, 3), 90.0)),
+    "infinite": lambda r: with_pelvis(r, gyroscope=np.full((60, 3), np.inf)),
+    "gyroscope has shape": lambda r: with_pelvis(r, gyroscope=np.zeros((59, 3))),
+    "/inertial/pelvis: orientation 5 is not a unit quaternion": lambda r: with_pelvis(
+        r, orientation=spoiled(r.inertial["pelvis"].orientation, 5, [1.0, 1.0, 0.0, 0.0])
+    ),
+    "/root: orientation 2 is not a unit": lambda r: replace(
+        r, root=replace(r.root, orientation=spoiled(r.root.orientation, 2, 0.0))
+    ),
+    "/root: time goes backwards": lambda r: replace(r, root=replace(r.root, time=-r.root.time)),
+    "expected tesla": lambda r: replace(
+        r, magnetic={"pelvis": replace(r.magnetic["pelvis"], field=np.full((20, 3), 30.0))}
+    ),
+    "sensor 'pelvs': unknown site 'pelvs'; valid: pelvis": lambda r: replace(
+        r, inertial={"pelvs": r.inertial["pelvis"]}
+    ),
+    "range source 'source/bely': unknown site.*valid: source/belly": lambda r: with_ranges(
+        r, source_names=("source/bely", "anchor/door")
+    ),
+    "range receiver 'hand': unknown site": lambda r: with_ranges(
+        r, receiver_names=("hand", *SENSORS[1:])
+    ),
+    "source indices": lambda r: with_ranges(r, source=spoiled(r.ranges.source, 3, 9)),
+    "receiver indices": lambda r: with_ranges(r, receiver=spoiled(r.ranges.receiver, 3, -1)),
+    "negative distances": lambda r: with_ranges(r, distance=spoiled(r.ranges.distance, 3, -0.1)),
+    "probably millimetres": lambda r: with_ranges(r, distance=r.ranges.distance * 1000),
+    "expected 0 to 1": lambda r: with_ranges(r, confidence=spoiled(r.ranges.confidence, 3, 1.5)),
+    "confidences from nan": lambda r: with_ranges(
+        r, confidence=spoiled(r.ranges.confidence, 3, np.nan)
+    ),
+    "/range: time goes backwards": lambda r: with_ranges(r, time=r.ranges.time[::-1]),
+    "rest pose: unknown joint 'RightKne'; valid: RightKnee": lambda r: replace(
+        r, setup=replace(r.setup, rest=RestHold(0, 1, {"RightKne": (0.0,)}))
+    ),
+    "rest pose of ball joint 'RightHip' has 3": lambda r: replace(
+        r, setup=replace(r.setup, rest=RestHold(0, 1, {"RightHip": (0.0, 0.0, 0.0)}))
+    ),
+}
+
+
+@pytest.mark.parametrize("expected", FAULTS)
+def test_fault_is_named(recording, expected) -> None:
+    with pytest.raises(InputError, match=rf"^walk\.mcap: .*{expected}") as caught:
+        validate_recording(FAULTS[expected](recording), name="walk.mcap")
+    assert "\n" not in str(caught.value)
+
+
+def test_sound_recording_passes_with_its_own_or_a_given_body(recording, body) -> None:
+    validate_recording(recording)
+    validate_recording(replace(recording, body_xml=None), body)
+    validate_recording(replace(recording, ranges=None))
+    validate_recording(replace(recording, inertial={}))
+
+
+def test_simultaneous_ranges_are_sound(recording) -> None:
+    validate_recording(with_ranges(recording, time=np.repeat(np.arange(40.0), 3)))
+
+
+def test_accelerometers_of_a_weightless_body_may_read_zero(recording) -> None:
+    xml = recording.body_xml.replace("<mujoco>", '<mujoco><option gravity="0 0 0"/>')
+    free = with_pelvis(recording, accelerometer=np.zeros((60, 3)))
+    validate_recording(free, load_body(xml))
+
+
+def test_missing_values_are_sound(recording) -> None:
+    validate_recording(with_pelvis(recording, gyroscope=np.full((60, 3), np.nan)))
+    validate_recording(with_pelvis(recording, accelerometer=np.full((60, 3), np.nan)))
