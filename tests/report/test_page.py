@@ -1,0 +1,193 @@
+"""The page: what it holds, what it leaves out, and that nothing outside is needed."""
+
+import dataclasses
+import html.parser
+import re
+
+import numpy as np
+import pytest
+from small_person import moved, person, person_xml, recording, setup, solution, swing
+
+from mocap_jax.body import load_body
+from mocap_jax.errors import InputError
+from mocap_jax.metrics import evaluate
+from mocap_jax.report import write_report
+from mocap_jax.solution import Status
+from mocap_jax.trajectory import Trajectory
+
+STATISTICS = {
+    "accelerometer/pelvis": {"rms": 1.02, "count": 600.0},
+    "accelerometer/head": {"rms": 1.31, "count": 590.0},
+    "gyroscope/head": {"rms": 0.97, "count": 590.0},
+    "range/chest-left-head": {"rms": 0.9, "count": 40.0},
+    "range/hat-right_forearm": {"rms": 1.7, "count": 12.0},
+    "root": {"rms": 1.0, "count": 60.0},
+}
+
+
+class Page(html.parser.HTMLParser):
+    """Headings, addresses and tags of a page; checks that tags are closed in order."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.addresses: list[str] = []
+        self.headings: list[str] = []
+        self.tags: set[str] = set()
+        self.feed(text)
+        assert not self.open
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.add(tag)
+        if tag not in ("meta", "img", "br", "link"):
+            self.open.append(tag)
+        self.addresses += [v for k, v in attributes if k in ("src", "href", "data", "action")]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] in ("h1", "h2", "h3"):
+            self.headings.append(data.strip())
+
+
+@pytest.fixture(scope="module")
+def body():
+    return person()
+
+
+@pytest.fixture(scope="module")
+def truth(body):
+    return swing(body)
+
+
+@pytest.fixture(scope="module")
+def estimates(body, truth):
+    """A coarse filter and a finer optimiser, with everything a solution can hold."""
+    out = []
+    for method, scale, status in (
+        ("ekf", 0.08, Status.FILTERED), ("optimise", 0.02, Status.CONVERGED),
+    ):  # fmt: skip
+        delta = np.random.default_rng(4).normal(0.0, scale, (60, body.nv))
+        out.append(
+            solution(
+                body, Trajectory(truth.time, moved(body, np.asarray(truth.q), delta)),
+                status=status, method=method, statistics=STATISTICS,
+                covariance=np.repeat(scale**2 * np.eye(body.nv)[None], 60, 0),
+                cost=(100.0, 10.0, 1.0) if method == "optimise" else (), iterations=2,
+                remarks=("One sensor was silent.",), setup=setup(score_from=0.1),
+                calibration={"gyroscope_bias/head": np.array([0.01, 0.0, -0.02])},
+                calibration_std={"gyroscope_bias/head": np.full(3, 0.001)},
+                options={"tolerance": 1e-6},
+            )
+        )  # fmt: skip
+    return out
+
+
+def written(path, solutions, reference=None):
+    write_report(path, solutions, reference)
+    text = path.read_text(encoding="utf-8")
+    return text, Page(text)
+
+
+def test_sections_and_numbers(tmp_path, truth, estimates):
+    reference = dataclasses.replace(recording(truth), salvage=("The last 2 s were cut off.",))
+    text, page = written(tmp_path / "report.html", estimates, reference)
+    for heading in (
+        "a person", "Kalman filter", "Optimiser", "Errors against the truth", "Motion",
+        "Joint angles", "Errors by joint", "Is the stated uncertainty honest?", "Residuals",
+        "Distances, by source and receiver", "Convergence", "Estimated sensor constants",
+    ):  # fmt: skip
+        assert heading in page.headings, heading
+    for part in (
+        Status.FILTERED.value, Status.CONVERGED.value, "One sensor was silent.",
+        "The last 2 s were cut off.", "tolerance = 1e-06", "+0.573", "[deg]", "[cm]",
+    ):  # fmt: skip
+        assert part in text, part
+    for estimate in estimates:
+        mean = evaluate(estimate, reference)["orientation_error_mean_deg"]["mean_observed"]
+        assert f">{mean:.2f}<" in text
+    assert len(page.addresses) == 7
+
+
+def test_self_contained(tmp_path, truth, estimates):
+    text, page = written(tmp_path / "report.html", estimates, recording(truth))
+    assert page.addresses and all(
+        a.startswith("data:image/svg+xml;base64,") for a in page.addresses
+    )
+    assert "script" not in page.tags and "link" not in page.tags
+    assert not re.search(r"https?://|@import|url\(", text)
+    assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_without_truth_covariance_ranges(tmp_path, body, truth):
+    _, page = written(tmp_path / "bare.html", solution(body, truth))
+    assert {"Motion", "Joint angles"} <= set(page.headings)
+    absent = {"Errors against the truth", "Residuals", "Convergence", "Estimated sensor constants"}
+    assert not absent & set(page.headings)
+    blind = dataclasses.replace(recording(truth), truth=None)
+    _, page = written(tmp_path / "blind.html", solution(body, truth), blind)
+    assert "Errors against the truth" not in page.headings
+
+
+def test_failed_solution_is_reported(tmp_path, body, truth, estimates):
+    lost = solution(
+        body, Trajectory(truth.time, np.full_like(truth.q, np.nan)), status=Status.DIVERGED
+    )
+    text, page = written(tmp_path / "lost.html", [lost], recording(truth))
+    assert Status.DIVERGED.value in text and "Motion" not in page.headings
+    text, page = written(tmp_path / "both.html", [estimates[0], lost], recording(truth))
+    assert Status.DIVERGED.value in text and "Motion" in page.headings
+
+
+def test_odd_names_are_text(tmp_path, truth, estimates):
+    odd = "<script>alert('x')</script> & \"$x_2$\""
+    named = dataclasses.replace(
+        estimates[1],
+        remarks=(odd,),
+        statistics={f"accelerometer/{odd}": {"rms": 1.0, "count": 3.0}},
+        calibration={f"gyroscope_bias/{odd}": np.zeros(3)},
+        calibration_std={},
+        options={odd: odd},
+        setup=dataclasses.replace(setup(), provenance={"motion": odd}),
+    )
+    subject = dataclasses.replace(recording(truth), subject=odd, salvage=(odd,))
+    text, page = written(tmp_path / "odd.html", {odd: named}, subject)
+    assert "<script" not in text and "script" not in page.tags
+    assert any("alert('x')" in h for h in page.headings)
+
+
+def test_body_without_known_names(tmp_path):
+    """Two segments in a chain without a free joint."""
+    body = load_body(
+        '<mujoco><worldbody><body name="$upper"><joint name="a" type="ball"/>'
+        '<geom size="0.1" mass="1"/><body name="lower_$" pos="0 0 -0.4"><joint name="b"/>'
+        '<geom size="0.1" mass="1"/></body></body></worldbody></mujoco>'
+    )
+    motion = swing(body)
+    _, page = written(tmp_path / "rig.html", solution(body, motion))
+    assert "Joint angles" in page.headings
+
+
+def test_several_of_one_method_keep_apart(tmp_path, estimates, truth):
+    _, page = written(tmp_path / "two.html", [estimates[0], estimates[0]], recording(truth))
+    assert {"Kalman filter", "Kalman filter (2)"} <= set(page.headings)
+
+
+def test_nothing_is_written_on_failure(tmp_path, estimates):
+    with pytest.raises(InputError, match="no solution"):
+        write_report(tmp_path / "none.html", [])
+    with pytest.raises(InputError, match="cannot write"):
+        write_report(tmp_path / "absent" / "report.html", estimates)
+    assert not list(tmp_path.iterdir())
+
+
+def test_truth_of_another_body_is_left_out(tmp_path, body, truth):
+    other = dataclasses.replace(
+        recording(truth),
+        truth=dataclasses.replace(
+            recording(truth).truth, body_xml=person_xml().replace('name="Left', 'name="Other')
+        ),
+    )
+    _, page = written(tmp_path / "other.html", solution(body, truth), other)
+    assert "Errors against the truth" in page.headings  # the right side is shared

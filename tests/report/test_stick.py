@@ -1,0 +1,52 @@
+"""Drawings: bones where the joints are, the reference behind the estimate."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from small_person import person, recording, solution, swing
+
+from mocap_jax.report import motion_strip, plot_body
+from mocap_jax.report.stick import bones, facing, view_from
+from mocap_jax.solution.poses import segment_poses
+
+
+@pytest.fixture(scope="module")
+def body():
+    return person()
+
+
+def test_bones_join_the_joints(body):
+    R, p = segment_poses(body, np.asarray(body.qpos0)[None])
+    shape = bones(body, R[0], p[0])
+    names = body.topology.body_names
+    forearm = p[0, names.index("LeftForeArm")]
+    assert any(np.allclose(end, forearm) for end in shape.end)
+    assert len(shape.heads) == 1 and shape.heads[0][2] > 1.5
+    # Feet point forward (+x), hands outward.
+    foot = p[0, names.index("LeftFoot")]
+    tip = next(e for s, e in zip(shape.start, shape.end, strict=True) if np.allclose(s, foot))
+    np.testing.assert_allclose((tip - foot) / np.linalg.norm(tip - foot), [1, 0, 0], atol=1e-9)
+
+
+def test_facing_and_view(body):
+    R, _ = segment_poses(body, np.asarray(body.qpos0)[None])
+    assert facing(body, R) == pytest.approx(0.0)
+    view = view_from(0.0, turn=0.0, tilt=0.0)
+    # From straight ahead the person's left is on the viewer's right.
+    np.testing.assert_allclose(view.flat(np.array([[5.0, 1.0, 2.0]])), [[1.0, 2.0]], atol=1e-12)
+
+
+def test_strip_draws_both(body, tmp_path):
+    motion = swing(body)
+    made = solution(body, motion)
+    alone = len(motion_strip(made, poses=4).axes[0].collections)
+    both = motion_strip(made, recording(motion), poses=4)
+    assert len(both.axes[0].collections) > alone
+    assert [t.get_text() for t in both.axes[0].texts][0] == "0.0 s"
+    both.savefig(tmp_path / "strip.png")
+
+
+def test_plot_body_on_own_axes(body):
+    axes = Figure().add_subplot(xlim=(-1, 1), ylim=(0, 2))
+    plot_body(axes, body, np.asarray(body.qpos0))
+    assert len(axes.collections) > 10
