@@ -2,9 +2,10 @@
 
 from mocap_jax.io.describe import describe
 from mocap_jax.io.export import export_motion
-from mocap_jax.io.mcap_recording import read_recording, write_recording
-from mocap_jax.io.mcap_solution import read_solution, write_solution
+from mocap_jax.io.recording_reader import read_recording
+from mocap_jax.io.recording_writer import write_recording
 from mocap_jax.io.setup_toml import read_setup, setup_from_toml, setup_to_toml, write_setup
+from mocap_jax.io.solution_file import read_solution, write_solution
 from mocap_jax.io.validate import validate_recording
 
 __all__ = [

@@ -11,10 +11,10 @@ import numpy as np
 from mocap_jax.body import Body, load_body
 from mocap_jax.errors import InputError
 from mocap_jax.io.mcap_read import read_contents
-from mocap_jax.io.mcap_recording import kind_of, read_recording
-from mocap_jax.io.mcap_solution import read_solution
 from mocap_jax.io.mcap_write import METADATA_NAME
+from mocap_jax.io.recording_reader import kind_of, read_recording
 from mocap_jax.io.setup_toml import read_setup
+from mocap_jax.io.solution_file import read_solution
 from mocap_jax.motion import body_from_asf, load_motion
 from mocap_jax.recording import InertialStream, RangeStream, Recording, Setup
 from mocap_jax.solution import Solution

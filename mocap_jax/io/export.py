@@ -12,6 +12,7 @@ import numpy as np
 
 from mocap_jax.body import Topology
 from mocap_jax.errors import InputError
+from mocap_jax.io.array_archive import pack_arrays
 from mocap_jax.io.atomic import atomic_file
 from mocap_jax.io.bvh import bvh_text
 from mocap_jax.io.mcap_trajectory import coordinate_names, dof_names
@@ -83,9 +84,7 @@ def _npz(solution: Solution | Motion) -> bytes:
     covariance = getattr(solution, "covariance", None)
     if covariance is not None:
         arrays["covariance_diagonal"] = np.diagonal(np.asarray(covariance), axis1=1, axis2=2)
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, **arrays)
-    return buffer.getvalue()
+    return pack_arrays(arrays)
 
 
 _EXPORTERS: dict[str, Callable[[Solution | Motion], bytes]] = {

@@ -6,8 +6,10 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
+from jax.typing import ArrayLike
 from jaxtyping import Float, Int
 from mcap.writer import Writer
 from mcap_protobuf.schema import build_file_descriptor_set
@@ -25,7 +27,7 @@ _CHUNK_BYTES = 256 * 1024
 
 @dataclass
 class _Topic:
-    schema: str | type
+    schema: str | Any
     metadata: dict[str, str]
     stamps_ns: np.ndarray
     payloads: Sequence[bytes]
@@ -52,7 +54,7 @@ class McapFile:
     def add_topic(
         self,
         topic: str,
-        schema: str | type,
+        schema: str | Any,
         stamps_ns: Int[np.ndarray, "n"],
         payloads: Sequence[bytes],
         metadata: dict[str, str] | None = None,
@@ -123,7 +125,7 @@ class McapFile:
             add(channels[i], log_times[i], payloads[i], stamp_list[i])
 
 
-def _register_schema(writer: Writer, schema: str | type, known: dict[str, int]) -> int:
+def _register_schema(writer: Writer, schema: str | Any, known: dict[str, int]) -> int:
     if isinstance(schema, str):
         name, encoding, data = schema, "ros2msg", ROS_SCHEMAS[schema].encode()
     else:
@@ -135,19 +137,19 @@ def _register_schema(writer: Writer, schema: str | type, known: dict[str, int]) 
 
 
 def stamps_from_seconds(
-    time: Float[np.ndarray, "n"], start_utc_ns: int, what: str
+    time: Float[ArrayLike, "n"], start_utc_ns: int, what: str
 ) -> Int[np.ndarray, "n"]:
     """Absolute stamps [ns] of times [s] since the start, to half a nanosecond.
 
     Raises:
         InputError: a time is not finite, or lies outside of what ROS 2 stamps hold (1970 to 2038).
     """
-    time = np.asarray(time, np.float64)
-    if not np.isfinite(time).all():
-        raise InputError(f"{what}: {np.count_nonzero(~np.isfinite(time))} times are not finite")
-    if time.size and max(abs(time.min()), abs(time.max())) + start_utc_ns / 1e9 >= 2**31:
+    t = np.asarray(time, np.float64)
+    if not np.isfinite(t).all():
+        raise InputError(f"{what}: {np.count_nonzero(~np.isfinite(t))} times are not finite")
+    if t.size and max(abs(t.min()), abs(t.max())) + start_utc_ns / 1e9 >= 2**31:
         raise InputError(
-            f"{what}: times up to {np.abs(time).max():g} s after start_utc_ns {start_utc_ns} do "
+            f"{what}: times up to {np.abs(t).max():g} s after start_utc_ns {start_utc_ns} do "
             "not fit a ROS 2 stamp (32-bit seconds since 1970)"
         )
-    return np.rint(time * 1e9).astype(np.int64) + start_utc_ns
+    return np.rint(t * 1e9).astype(np.int64) + start_utc_ns

@@ -7,6 +7,7 @@ Their definitions travel inside every file, as MCAP demands.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
@@ -35,7 +36,7 @@ _MESSAGES = {
 }
 
 
-def _build() -> dict[str, type]:
+def _build() -> dict[str, Any]:
     file = descriptor_pb2.FileDescriptorProto(
         name="mocap_jax.proto", package="mocap_jax", syntax="proto3"
     )

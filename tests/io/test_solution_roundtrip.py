@@ -94,8 +94,10 @@ def test_shapes_must_fit(tmp_path, body) -> None:
 def test_descriptions(tmp_path, body, shared_data) -> None:
     write_recording(tmp_path / "r.mcap", random_recording(body, n=100))
     text = describe(tmp_path / "r.mcap")
-    for part in ("kind: recording", "S. Übung", "pelvis: 100 samples at 140.0 Hz",
-                 "200 distances", "truth: 100 poses", "12 degrees of freedom", "mocap_jax "):  # fmt: skip
+    for part in (
+        "kind: recording", "S. Übung", "pelvis: 100 samples at 140.0 Hz", "200 distances",
+        "truth: 100 poses", "12 degrees of freedom", "mocap_jax ",
+    ):  # fmt: skip
         assert part in text
     (tmp_path / "b.xml").write_text(body.xml)
     assert "5 segments (root Pelvis)" in describe(tmp_path / "b.xml")

@@ -1,24 +1,37 @@
-"""Recordings as MCAP files."""
+"""Recordings from MCAP files."""
 
 from __future__ import annotations
 
-import io
 import json
 import os
-import zipfile
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
+from mcap.records import Schema
 
 from mocap_jax.body import load_body
 from mocap_jax.errors import InputError
 from mocap_jax.io import protobuf_messages as pb
 from mocap_jax.io import ros_messages as ros
+from mocap_jax.io.array_archive import unpack_arrays
 from mocap_jax.io.mcap_read import DAMAGE, Contents, read_contents
-from mocap_jax.io.mcap_trajectory import add_trajectory, file_start, read_trajectory
-from mocap_jax.io.mcap_write import FORMAT_VERSION, METADATA_NAME, McapFile, stamps_from_seconds
-from mocap_jax.io.setup_toml import setup_from_toml, setup_to_toml
+from mocap_jax.io.mcap_trajectory import file_start, read_trajectory
+from mocap_jax.io.mcap_write import FORMAT_VERSION, METADATA_NAME
+from mocap_jax.io.setup_toml import setup_from_toml
+from mocap_jax.io.topics import (
+    INERTIAL,
+    MAGNETIC,
+    RANGE,
+    ROOT,
+    TEMPERATURE,
+    TRUE_BODY,
+    TRUE_PARAMETERS,
+    TRUTH,
+)
 from mocap_jax.recording import (
     InertialStream,
     MagneticStream,
@@ -30,42 +43,9 @@ from mocap_jax.recording import (
     Truth,
 )
 
-_INERTIAL, _MAGNETIC, _TRUTH = "/inertial/", "/magnetic/", "/truth"
-_RANGE, _ROOT, _TEMPERATURE = "/range", "/root", "/temperature"
-_TRUE_BODY, _TRUE_PARAMETERS = "truth/body.xml", "truth/parameters.npz"
 _TOPICS = "/inertial/<sensor>, /magnetic/<sensor>, /range, /root, /temperature, /truth/..."
-
-
-def write_recording(path: str | os.PathLike[str], recording: Recording) -> None:
-    """Write a recording to an MCAP file, whole or not at all.
-
-    Values keep all their digits; times are stored in whole nanoseconds since 1970 (0.5 ns of
-    rounding). What cannot be done without (body, set-up) stands first, so that it survives a
-    truncation.
-
-    Args:
-        path: file to write; an earlier one is replaced once the new one is complete.
-        recording: what to write.
-
-    Raises:
-        InputError: the file cannot be written, or a time is not finite.
-    """
-    file = McapFile("recording", recording.start_utc_ns, {"subject": recording.subject})
-    if recording.body_xml is not None:
-        file.attach("body.xml", "application/xml", recording.body_xml)
-    file.attach("setup.toml", "application/toml", setup_to_toml(recording.setup))
-    _add_truth(file, recording.truth)
-    for sensor, stream in recording.inertial.items():
-        _add_inertial(file, sensor, stream, recording.setup)
-    for sensor, field in recording.magnetic.items():
-        _add_magnetic(file, sensor, field, recording.setup)
-    _add_ranges(file, recording.ranges)
-    _add_root(file, recording.root)
-    if (air := recording.temperature) is not None:
-        stamps = stamps_from_seconds(air.time, file.start_utc_ns, _TEMPERATURE)
-        payloads = ros.encode_temperature(stamps, np.asarray(air.celsius, np.float64))
-        file.add_topic(_TEMPERATURE, ros.TEMPERATURE, stamps, payloads)
-    file.write(path)
+_Stream = TypeVar("_Stream", InertialStream, MagneticStream)
+_Any = TypeVar("_Any")
 
 
 def read_recording(path: str | os.PathLike[str]) -> Recording:
@@ -87,72 +67,6 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
     return reader.recording()
 
 
-# Writing
-
-
-def _add_inertial(file: McapFile, sensor: str, stream: InertialStream, setup: Setup) -> None:
-    stamps = stamps_from_seconds(stream.time, file.start_utc_ns, _INERTIAL + sensor)
-    noise = setup.noise
-    payloads = ros.encode_imu(
-        sensor,
-        stamps,
-        np.asarray(stream.orientation, np.float64),
-        np.asarray(stream.gyroscope, np.float64),
-        np.asarray(stream.accelerometer, np.float64),
-        (noise.orientation, noise.gyroscope, noise.accelerometer),
-    )
-    file.add_topic(_INERTIAL + sensor, ros.IMU, stamps, payloads)
-
-
-def _add_magnetic(file: McapFile, sensor: str, stream: MagneticStream, setup: Setup) -> None:
-    stamps = stamps_from_seconds(stream.time, file.start_utc_ns, _MAGNETIC + sensor)
-    field = np.asarray(stream.field, np.float64)
-    payloads = ros.encode_magnetic(sensor, stamps, field, setup.noise.magnetometer)
-    file.add_topic(_MAGNETIC + sensor, ros.MAGNETIC_FIELD, stamps, payloads)
-
-
-def _add_ranges(file: McapFile, ranges: RangeStream | None) -> None:
-    if ranges is None:
-        return
-    stamps = stamps_from_seconds(ranges.time, file.start_utc_ns, _RANGE)
-    payloads = pb.encode_ranges(
-        stamps,
-        [ranges.source_names[i] for i in np.asarray(ranges.source).tolist()],
-        [ranges.receiver_names[i] for i in np.asarray(ranges.receiver).tolist()],
-        np.asarray(ranges.distance, np.float64),
-        np.asarray(ranges.confidence, np.float64),
-    )
-    # Names without a single distance would be lost otherwise, and so would their order.
-    names = {
-        "sources": json.dumps(ranges.source_names),
-        "receivers": json.dumps(ranges.receiver_names),
-    }
-    file.add_topic(_RANGE, pb.Range, stamps, payloads, names)
-
-
-def _add_root(file: McapFile, root: RootStream | None) -> None:
-    if root is None:
-        return
-    stamps = stamps_from_seconds(root.time, file.start_utc_ns, _ROOT)
-    position = np.asarray(root.position, np.float64)
-    payloads = pb.encode_poses("world", stamps, position, np.asarray(root.orientation, np.float64))
-    file.add_topic(_ROOT, pb.PoseInFrame, stamps, payloads)
-
-
-def _add_truth(file: McapFile, truth: Truth | None) -> None:
-    if truth is None:
-        return
-    file.attach(_TRUE_BODY, "application/xml", truth.body_xml)
-    if truth.parameters:
-        buffer = io.BytesIO()
-        np.savez(buffer, **{k: np.asarray(v) for k, v in truth.parameters.items()})
-        file.attach(_TRUE_PARAMETERS, "application/octet-stream", buffer.getvalue())
-    add_trajectory(file, _TRUTH, load_body(truth.body_xml), truth.trajectory, "truth/")
-
-
-# Reading
-
-
 def _refuse_foreign(path: str | os.PathLike[str], contents: Contents) -> None:
     facts = contents.metadata.get(METADATA_NAME, {})
     version = facts.get("format_version", str(FORMAT_VERSION))
@@ -163,7 +77,7 @@ def _refuse_foreign(path: str | os.PathLike[str], contents: Contents) -> None:
         )
     if kind_of(contents) == "solution":
         raise InputError(f"{path}: this is a solution, not a recording")
-    known = (_INERTIAL, _MAGNETIC, _RANGE, _ROOT, _TEMPERATURE, _TRUTH)
+    known = (INERTIAL, MAGNETIC, RANGE, ROOT, TEMPERATURE, TRUTH)
     if METADATA_NAME not in contents.metadata and not any(
         topic.startswith(known) for topic in contents.channels
     ):
@@ -191,11 +105,11 @@ class _Reader:
 
     def recording(self) -> Recording:
         recording = Recording(
-            inertial=self._all(_INERTIAL, self._inertial),
-            ranges=self._one(_RANGE, self._ranges),
-            root=self._one(_ROOT, self._root),
-            magnetic=self._all(_MAGNETIC, self._magnetic),
-            temperature=self._one(_TEMPERATURE, self._temperature),
+            inertial=self._all(INERTIAL, self._inertial),
+            ranges=self._one(RANGE, self._ranges),
+            root=self._one(ROOT, self._root),
+            magnetic=self._all(MAGNETIC, self._magnetic),
+            temperature=self._one(TEMPERATURE, self._temperature),
             truth=self._truth(),
             setup=self._setup(),
             body_xml=self._text("body.xml"),
@@ -206,7 +120,7 @@ class _Reader:
             self._lost.append("the body model (attachment body.xml) is lost")
         return replace(recording, salvage=self._contents.damage + tuple(self._lost))
 
-    def _all(self, prefix, read):  # type: ignore[no-untyped-def]
+    def _all(self, prefix: str, read: Callable[[str], _Stream]) -> dict[str, _Stream]:
         found = {name: self._one(topic, read) for name, topic in
                  self._contents.topics(prefix).items()}  # fmt: skip
         kept = {name: stream for name, stream in found.items() if stream is not None}
@@ -216,7 +130,7 @@ class _Reader:
                 del kept[name]
         return kept
 
-    def _one(self, topic, read):  # type: ignore[no-untyped-def]
+    def _one(self, topic: str, read: Callable[[str], _Any]) -> _Any | None:
         if topic not in self._contents.channels:
             return None
         try:
@@ -225,10 +139,10 @@ class _Reader:
             self._lost.append(f"topic {topic} cannot be decoded ({' '.join(str(error).split())})")
             return None
 
-    def _time(self, stamps: np.ndarray) -> jnp.ndarray:
+    def _time(self, stamps: np.ndarray) -> Array:
         return jnp.asarray((stamps - self._start) / 1e9)
 
-    def _messages(self, topic: str):  # type: ignore[no-untyped-def]
+    def _messages(self, topic: str) -> tuple[Sequence[bytes], Schema]:
         return self._contents.payloads[topic], self._contents.schema(topic)
 
     def _inertial(self, topic: str) -> InertialStream:
@@ -263,27 +177,26 @@ class _Reader:
         )  # fmt: skip
 
     def _truth(self) -> Truth | None:
-        if not self._contents.topics(_TRUTH + "/"):
+        if not self._contents.topics(TRUTH + "/"):
             return None
-        xml = self._text(_TRUE_BODY)
+        xml = self._text(TRUE_BODY)
         if xml is None:
-            self._lost.append(f"the truth is lost: no sound attachment {_TRUE_BODY}")
+            self._lost.append(f"the truth is lost: no sound attachment {TRUE_BODY}")
             return None
         try:
-            trajectory = read_trajectory(self._contents, _TRUTH, load_body(xml).topology)
+            trajectory = read_trajectory(self._contents, TRUTH, load_body(xml).topology)
         except (InputError, *DAMAGE) as error:
             self._lost.append(f"the truth is lost: {error}")
             return None
         return Truth(trajectory, xml, self._true_parameters())
 
-    def _true_parameters(self) -> dict[str, jnp.ndarray]:
-        raw = self._contents.attachments.get(_TRUE_PARAMETERS)
+    def _true_parameters(self) -> dict[str, Array]:
+        raw = self._contents.attachments.get(TRUE_PARAMETERS)
         if raw is None:
             return {}
         try:
-            with np.load(io.BytesIO(raw), allow_pickle=False) as arrays:
-                return {name: jnp.asarray(arrays[name]) for name in arrays.files}
-        except (zipfile.BadZipFile, *DAMAGE) as error:
+            return {name: jnp.asarray(value) for name, value in unpack_arrays(raw).items()}
+        except DAMAGE as error:
             self._lost.append(f"the true parameters are lost: {error}")
             return {}
 
@@ -312,6 +225,6 @@ def _names(declared: str | None, found: list[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*names, *found]))
 
 
-def _indices(found: list[str], names: tuple[str, ...]) -> jnp.ndarray:
+def _indices(found: list[str], names: tuple[str, ...]) -> Array:
     index = {name: i for i, name in enumerate(names)}
     return jnp.asarray(np.array([index[name] for name in found], np.int64))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import io
 import json
 import math
 import os
@@ -16,10 +15,11 @@ import numpy as np
 from mocap_jax.body import Body, load_body
 from mocap_jax.errors import InputError
 from mocap_jax.io import protobuf_messages as pb
+from mocap_jax.io.array_archive import pack_arrays, unpack_arrays
 from mocap_jax.io.mcap_read import DAMAGE, Contents, read_contents
-from mocap_jax.io.mcap_recording import kind_of
 from mocap_jax.io.mcap_trajectory import add_trajectory, file_start, read_trajectory
 from mocap_jax.io.mcap_write import FORMAT_VERSION, METADATA_NAME, McapFile, stamps_from_seconds
+from mocap_jax.io.recording_reader import kind_of
 from mocap_jax.io.setup_toml import setup_from_toml, setup_to_toml
 from mocap_jax.solution import Solution, Status
 from mocap_jax.trajectory import Trajectory
@@ -141,18 +141,15 @@ def _attach_changed_arrays(file: McapFile, body: Body) -> None:
         if not np.array_equal(value, np.asarray(getattr(nominal, name))):
             changed[name] = value
     if changed:
-        buffer = io.BytesIO()
-        np.savez(buffer, **changed)
-        file.attach(_BODY_ARRAYS, "application/octet-stream", buffer.getvalue())
+        file.attach(_BODY_ARRAYS, "application/octet-stream", pack_arrays(changed))
 
 
 def _read_body(contents: Contents) -> Body:
     body = load_body(contents.attachments["body.xml"].decode())
     if _BODY_ARRAYS not in contents.attachments:
         return body
-    raw = io.BytesIO(contents.attachments[_BODY_ARRAYS])
-    with np.load(raw, allow_pickle=False) as arrays:
-        return body.replace(**{k: jnp.asarray(arrays[k]) for k in arrays.files})
+    arrays = unpack_arrays(contents.attachments[_BODY_ARRAYS])
+    return body.replace(**{name: jnp.asarray(value) for name, value in arrays.items()})
 
 
 def _read_covariance(
