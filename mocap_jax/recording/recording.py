@@ -6,6 +6,7 @@ import dataclasses
 from dataclasses import dataclass
 
 import jax
+import numpy as np
 
 from mocap_jax.recording.setup import Setup
 from mocap_jax.recording.streams import (
@@ -54,7 +55,8 @@ class Recording:
     def interval(self) -> tuple[float, float]:
         """First and last time of any measurement [s]."""
         streams = [*self.inertial.values(), *self.magnetic.values(), self.ranges, self.root]
-        times = [s.time for s in streams if s is not None and len(s.time)]
+        # In NumPy: JAX would compile an indexing operation for every length.
+        times = [np.asarray(s.time) for s in streams if s is not None and len(s.time)]
         return (
             float(min(t[0] for t in times)) if times else 0.0,
             float(max(t[-1] for t in times)) if times else 0.0,
