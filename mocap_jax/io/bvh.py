@@ -50,7 +50,8 @@ def bvh_text(body: Body, trajectory: Trajectory) -> str:
     lines = ["HIERARCHY", *skeleton.hierarchy(skeleton.root, 0)]
     lines += ["MOTION", f"Frames: {len(q)}", f"Frame Time: {step:.10g}"]
     values = skeleton.channels()
-    lines += [" ".join(row) for row in np.char.mod("%.6f", values + 0.0)]
+    row_format = " ".join(["%.6f"] * values.shape[1])
+    lines += [row_format % tuple(row) for row in values.tolist()]
     return "\n".join(lines) + "\n"
 
 

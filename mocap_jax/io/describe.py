@@ -12,9 +12,9 @@ from mocap_jax.body import Body, load_body
 from mocap_jax.errors import InputError
 from mocap_jax.io.mcap_read import read_contents
 from mocap_jax.io.mcap_write import METADATA_NAME
-from mocap_jax.io.recording_reader import kind_of, read_recording
+from mocap_jax.io.recording_reader import kind_of, recording_from
 from mocap_jax.io.setup_toml import read_setup
-from mocap_jax.io.solution_file import read_solution
+from mocap_jax.io.solution_file import solution_from
 from mocap_jax.motion import body_from_asf, load_motion
 from mocap_jax.recording import InertialStream, RangeStream, Recording, Setup
 from mocap_jax.solution import Solution
@@ -55,8 +55,8 @@ def _mcap(path: str | os.PathLike[str]) -> list[str]:
     if facts.get("format_version"):
         software += f", format {facts['format_version']}"
     if kind_of(contents) == "solution":
-        return ["kind: solution", *_solution(read_solution(path)), software]
-    return ["kind: recording", *_recording(read_recording(path)), software]
+        return ["kind: solution", *_solution(solution_from(path, contents)), software]
+    return ["kind: recording", *_recording(recording_from(path, contents)), software]
 
 
 def _recording(recording: Recording) -> list[str]:
@@ -118,18 +118,17 @@ def _ranges(ranges: RangeStream) -> str:
         return text
     distance = np.asarray(ranges.distance)
     useless = 100 * float(np.mean(confidence == 0))
-    return (
-        f"{text}; {np.nanmin(distance):.3f} to {np.nanmax(distance):.3f} m; confidence mean "
-        f"{confidence.mean():.2f}, zero in {useless:.1f} %"
-    )
+    if (known := distance[np.isfinite(distance)]).size:
+        text += f"; {known.min():.3f} to {known.max():.3f} m"
+    return f"{text}; confidence mean {confidence.mean():.2f}, zero in {useless:.1f} %"
 
 
 def _truth(recording: Recording) -> str:
     if recording.truth is None:
         return "none"
-    names = ", ".join(recording.truth.parameters)
     poses = _rate(np.asarray(recording.truth.trajectory.time)).replace("samples", "poses")
-    return poses + (f"; parameters: {len(recording.truth.parameters)}" if names else "")
+    count = len(recording.truth.parameters)
+    return poses + (f", {count} true parameters" if count else "")
 
 
 def _own_body(recording: Recording) -> list[str]:

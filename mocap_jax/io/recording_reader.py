@@ -61,10 +61,13 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
         InputError: not an MCAP file, not a recording, written by a newer format version, or
             nothing can be read from it.
     """
-    contents = read_contents(path)
+    return recording_from(path, read_contents(path))
+
+
+def recording_from(path: str | os.PathLike[str], contents: Contents) -> Recording:
+    """Make the recording of a file's contents (see `read_recording`)."""
     _refuse_foreign(path, contents)
-    reader = _Reader(path, contents)
-    return reader.recording()
+    return _Reader(path, contents).recording()
 
 
 def _refuse_foreign(path: str | os.PathLike[str], contents: Contents) -> None:

@@ -67,7 +67,11 @@ def read_solution(path: str | os.PathLike[str]) -> Solution:
     Raises:
         InputError: not an MCAP file, not a solution, or its body or trajectory are lost.
     """
-    contents = read_contents(path)
+    return solution_from(path, read_contents(path))
+
+
+def solution_from(path: str | os.PathLike[str], contents: Contents) -> Solution:
+    """Make the solution of a file's contents (see `read_solution`)."""
     _refuse_foreign(path, contents)
     try:
         return _solution(path, contents)
