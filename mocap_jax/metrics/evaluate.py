@@ -18,7 +18,7 @@ from mocap_jax.solution.angles import (
     hinge_coordinate,
     joint_rotations,
 )
-from mocap_jax.solution.cardan import cardan_zxy, nearest_solution, wrap
+from mocap_jax.solution.cardan import cardan_zxy, locked, nearest_solution, wrap
 from mocap_jax.solution.poses import joint_segments, root_segment, segment_poses
 
 TABLE1_SEGMENTS = ("Head", "RightUpperArm", "LeftUpperLeg")
@@ -221,7 +221,7 @@ def _angle_rmse(pair: Aligned, angle: JointAngle, A: np.ndarray, A_true: np.ndar
         return float(np.sqrt((error**2).mean()))
     true = cardan_zxy(A_true[:, b])
     error = (nearest_solution(cardan_zxy(A[:, b]), true) - true)[:, angle.axis]
-    usable = np.abs(true[:, 1]) < np.pi / 2 - _LOCK
+    usable = ~locked(true, _LOCK)
     # A joint that never leaves the lock is scored all the same: no figure would hide it.
     chosen = error[usable] if usable.any() else error
     return float(np.sqrt((chosen**2).mean()))

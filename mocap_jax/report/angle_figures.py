@@ -19,6 +19,7 @@ from mocap_jax.report.uncertainty import coordinate_std, relative_rotation_std
 from mocap_jax.solution import Solution
 from mocap_jax.solution.anatomy import JointAngle, joint_angle_list
 from mocap_jax.solution.angles import joint_angles, root_relative_angles
+from mocap_jax.solution.cardan import locked
 from mocap_jax.solution.poses import root_segment, segment_poses
 from mocap_jax.trajectory import Trajectory
 
@@ -38,6 +39,7 @@ _HINGES = {
     "LeftLowerLeg": "Left knee",
 }
 _MOST_POINTS = 1500
+_LOCK = np.deg2rad(5.0)
 
 
 @dataclass(frozen=True)
@@ -113,22 +115,27 @@ def _angle_panels(
     truths: dict[str, Curves],
     colours: dict[str, str],
 ) -> None:
-    reference: np.ndarray | None = None
-    for truth in list(truths.values())[:1]:
-        _, reference = root_relative_angles(truth.body, truth.R_world, segment)
-        for axis in range(3):
-            panels[axis].plot(truth.time, np.rad2deg(reference[:, axis]), color=INK, lw=2.2,
-                              alpha=0.28, label="truth")  # fmt: skip
     for name, curve in curves.items():
-        labels, angles = root_relative_angles(curve.body, curve.R_world, segment)
-        angles = np.rad2deg(angles)
-        if reference is not None:
-            angles = angles - _turns(angles, np.rad2deg(reference))
-        for axis in range(3):
-            panels[axis].plot(curve.time, angles[:, axis], color=colours[name], lw=1.0, label=name)
-            panels[axis].set_title(
+        near = None
+        if name in truths:
+            true = truths[name]
+            _, near = root_relative_angles(true.body, true.R_world, segment)
+        labels, angles = root_relative_angles(curve.body, curve.R_world, segment, near)
+        for axis, panel in enumerate(panels):
+            if near is not None and not panel.get_lines():
+                panel.plot(curve.time, _shown(near)[:, axis], color=INK, lw=2.2, alpha=0.28,
+                           label="truth")  # fmt: skip
+            panel.plot(curve.time, _shown(angles)[:, axis], color=colours[name], lw=1.0, label=name)
+            panel.set_title(
                 labels[axis].replace("_", " ") + " [deg]", fontweight="normal", color=MUTED
             )
+
+
+def _shown(angles: np.ndarray) -> np.ndarray:
+    """Angles in degrees; the outer two are left out near gimbal lock, where they mean nothing."""
+    out = np.rad2deg(angles)
+    out[np.ix_(locked(angles, _LOCK), [0, 2])] = np.nan
+    return out
 
 
 def _turns(angles: np.ndarray, reference: np.ndarray) -> np.ndarray:

@@ -94,7 +94,7 @@ def render(solutions: dict[str, Solution], recording: Recording | None) -> str:
     return environment.get_template("page.html.j2").render(
         title=_title(solutions, recording),
         subtitle=_subtitle(solutions, recording),
-        facts=_facts(solutions, recording),
+        facts=_facts(solutions, recording, errors),
         cards=[_card(n, s, c) for (n, s), c in zip(
             solutions.items(), colours(list(solutions)).values(), strict=True)],
         salvage=recording.salvage if recording is not None else (),
@@ -141,7 +141,8 @@ def _title(solutions: dict[str, Solution], recording: Recording | None) -> str:
 
 def _subtitle(solutions: dict[str, Solution], recording: Recording | None) -> str:
     setup = next(iter(solutions.values())).setup
-    parts = [recording.subject] if recording is not None and recording.subject else []
+    subject = recording.subject if recording is not None else ""
+    parts = [subject] if subject and subject != _title(solutions, recording) else []
     if profile := setup.provenance.get("profile"):
         parts.append(f"{profile} profile")
     if recording is not None and recording.start_utc_ns:
@@ -150,7 +151,9 @@ def _subtitle(solutions: dict[str, Solution], recording: Recording | None) -> st
     return " \u00b7 ".join(parts)
 
 
-def _facts(solutions: dict[str, Solution], recording: Recording | None) -> list[tuple[str, str]]:
+def _facts(
+    solutions: dict[str, Solution], recording: Recording | None, errors: dict[str, ErrorTable]
+) -> list[tuple[str, str]]:
     first = next(iter(solutions.values()))
     time = np.asarray(first.trajectory.time)
     facts = [("frames", f"{len(time)}")]
@@ -163,8 +166,9 @@ def _facts(solutions: dict[str, Solution], recording: Recording | None) -> list[
         facts.append(("sensor boards", f"{len(setup.sensors)}"))
     if setup.sources:
         facts.append(("ultrasonic sources", f"{len(setup.sources)}"))
-    if first.observed:
-        facts.append(("observed joints", f"{len(first.observed)}"))
+    observed = next((e.observed for e in errors.values()), first.observed)
+    if observed:
+        facts.append(("observed joints", f"{len(observed)}"))
     return facts
 
 
@@ -221,7 +225,7 @@ def _pictures(
         "trunk": _picture(
             trunk_figure(solutions, palette, recording),
             "Rotation of head, right upper arm and left thigh relative to the root, as Z-X-Y "
-            "Cardan angles." + against + (
+            "Cardan angles (gaps: near gimbal lock)." + against + (
                 " Bottom: angle between the estimated and the true rotation; the tinted area is "
                 "twice the standard deviation that the covariance states." if recording else ""
             ) + " Pale stretch at the start: rest hold and blend, not scored.",

@@ -44,8 +44,20 @@ class Bones:
     """Centres of heads."""
 
 
-def bones(body: Body, R: Float[np.ndarray, "nbody 3 3"], p: Float[np.ndarray, "nbody 3"]) -> Bones:
-    """Line segments from every joint to the next, and stubs for the last segment of each limb."""
+def bones(
+    body: Body,
+    R: Float[np.ndarray, "nbody 3 3"],
+    p: Float[np.ndarray, "nbody 3"],
+    anatomical: Float[np.ndarray, "nbody 3 3"],
+) -> Bones:
+    """Line segments from every joint to the next, and stubs for the last segment of each limb.
+
+    Args:
+        body: the body.
+        R: world rotations of its segments.
+        p: their world positions [m].
+        anatomical: `anatomical_frames(body)`; tells which way feet point.
+    """
     topology = body.topology
     centre = joint_centres(body, R[None], p[None])[0]
     parent = np.array(topology.body_parent)
@@ -56,7 +68,7 @@ def bones(body: Body, R: Float[np.ndarray, "nbody 3 3"], p: Float[np.ndarray, "n
     heads = []
     for b in sorted(set(range(1, topology.nbody)) - set(parent.tolist())):
         name = topology.body_names[b]
-        along, length = _stub_direction(body, R, centre, b)
+        along, length = _stub_direction(body, R, anatomical, b)
         if name == "Head":
             heads.append(centre[b] + 0.12 * along)
             continue
@@ -77,7 +89,7 @@ def _stroke_width(name: str) -> float:
 
 
 def _stub_direction(
-    body: Body, R: np.ndarray, centre: np.ndarray, b: int
+    body: Body, R: np.ndarray, anatomical: np.ndarray, b: int
 ) -> tuple[np.ndarray, float]:
     """World direction and length [m] of a segment that ends a limb."""
     parent = body.topology.body_parent[b]
@@ -88,7 +100,7 @@ def _stub_direction(
     if parent == 0 or length < 1e-3:
         return R[b] @ np.array([0.0, 0.0, 1.0]), 0.1
     if name.endswith(("Toe", "Foot")):
-        forward = (R[b] @ anatomical_frames(body)[b])[:, 0]
+        forward = (R[b] @ anatomical[b])[:, 0]
         return forward, 0.05 if name.endswith("Toe") else 0.17
     return R[parent] @ offset / length, float(np.clip(0.6 * length, 0.03, 0.12))
 
@@ -153,7 +165,7 @@ def plot_body(
     """
     R, p = segment_poses(body, np.asarray(q)[None])
     view = view or view_from(facing(body, R))
-    _draw(axes, bones(body, R[0], p[0]), p[0, root_segment(body.topology)], view, at, colour,
+    _draw(axes, bones(body, R[0], p[0], anatomical_frames(body)), p[0, root_segment(body.topology)], view, at, colour,
           alpha, outline)  # fmt: skip
 
 
@@ -229,21 +241,29 @@ def motion_strip(
     R, p = segment_poses(solution.body, q)
     root = root_segment(solution.body.topology)
     view = view_from(facing(solution.body, R))
-    shapes = [bones(solution.body, R[k], p[k]) for k in range(len(q))]
+    frames = anatomical_frames(solution.body)
+    shapes = [bones(solution.body, R[k], p[k], frames) for k in range(len(q))]
     low, high = _vertical_extent(shapes, p[:, root], view)
     cell = max(0.62 * (high - low), 0.9 * _widest(shapes, p[:, root], view))
     axes, figure = _strip_axes(cell * len(q), low, high, width)
+    ghosts = _ghosts(reference_body, q_true, p[:, root])
     for k in range(len(q)):
         place = (cell * (k + 0.5), 0.0)
-        if reference_body is not None and q_true is not None:
-            # Both stand on the estimate's root: the drawing shows the pose, not the drift.
-            R_true, p_true = segment_poses(reference_body, q_true[k : k + 1])
-            there = p_true[0, root_segment(reference_body.topology)]
-            ghost = bones(reference_body, R_true[0], p_true[0] + (p[k, root] - there))
-            _draw(axes, ghost, p[k, root], view, place, TRUTH, 1.0, outline=False)
+        if ghosts:
+            _draw(axes, ghosts[k], p[k, root], view, place, TRUTH, 1.0, outline=False)
         _draw(axes, shapes[k], p[k, root], view, place, colour, 0.9, outline=True)
         axes.text(place[0], low, f"{time[k]:.1f} s", ha="center", va="top", color=MUTED, size=9)
     return figure
+
+
+def _ghosts(body: Body | None, q: np.ndarray | None, roots: np.ndarray) -> list[Bones]:
+    """The reference's poses, each moved onto the estimate's root: they show pose, not drift."""
+    if body is None or q is None:
+        return []
+    R, p = segment_poses(body, q)
+    there = p[:, [root_segment(body.topology)]]
+    moved, frames = p + (roots[:, None] - there), anatomical_frames(body)
+    return [bones(body, R[k], moved[k], frames) for k in range(len(q))]
 
 
 def _frames_to_show(

@@ -20,6 +20,12 @@ _HEADLINES = (
     ("Joint centres, from the root [cm]", "position_error_mean_cm", "mean"),
 )
 
+_TABLE1_NAMES = {
+    "Head": "neck",
+    "RightUpperArm": "right shoulder",
+    "LeftUpperLeg": "left hip",
+}
+
 # Kind of calibration value: heading, factor and unit for people.
 _CALIBRATION = {
     "gyroscope_bias": ("Gyroscope offset", 180 / np.pi, "deg/s"),
@@ -50,16 +56,20 @@ class Table:
     rows: tuple[Row, ...]
 
 
-def number(value: float, digits: int = 2) -> str:
-    """A number for the page; a dash where there is none."""
-    return f"{value:.{digits}f}" if np.isfinite(value) else "\u2013"
+def number(value: float) -> str:
+    """A number for the page, to at least three digits; a dash where there is none."""
+    if not np.isfinite(value):
+        return "\u2013"
+    if abs(value) >= 1e4:
+        return f"{value:.2e}"
+    return f"{value:.3f}" if abs(value) < 1 else f"{value:.2f}"
 
 
 def _compared(head: str, values: list[float], **marks: bool) -> Row:
     finite = [v if np.isfinite(v) else np.inf for v in values]
-    # Only a difference that shows is pointed out.
-    apart = len(values) > 1 and len({number(v) for v in values}) > 1
-    best = int(np.argmin(finite)) if apart and min(finite) < np.inf else -1
+    # Only a difference that matters is pointed out.
+    apart = len(values) > 1 and min(finite) < 0.99 * max(finite)
+    best = int(np.argmin(finite)) if apart else -1
     return Row(head, tuple(number(v) for v in values), best, **marks)
 
 
@@ -103,7 +113,8 @@ def root_table(errors: dict[str, ErrorTable]) -> Table | None:
                 metric = f"root_relative_orientation_error_{key}_deg"
                 cells.append(number(table.errors.get(metric, {}).get(name, np.nan)))
         rows.append(Row(method, tuple(cells)))
-    heads = [f"{n} {key}" for n in (*shown, "three joints") for key in ("mean", "std")]
+    named = [_TABLE1_NAMES[n] for n in shown]
+    heads = [f"{n}, {key}" for n in (*named, "together") for key in ("mean", "std")]
     return Table(("Relative to the root [deg]", *heads), tuple(rows))
 
 

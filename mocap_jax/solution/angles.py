@@ -8,7 +8,7 @@ from jaxtyping import Float
 from mocap_jax.body import Body
 from mocap_jax.body.topology import HINGE
 from mocap_jax.solution.anatomy import anatomical_frames, joint_angle_list, rotation_labels
-from mocap_jax.solution.cardan import cardan_zxy, continuous
+from mocap_jax.solution.cardan import cardan_zxy, continuous, nearest_solution
 from mocap_jax.solution.poses import root_segment, segment_poses
 from mocap_jax.trajectory import Trajectory
 
@@ -31,15 +31,24 @@ def anatomical_rotations(
 
 
 def root_relative_angles(
-    body: Body, R_world: Float[np.ndarray, "t nbody 3 3"], segment: str
+    body: Body,
+    R_world: Float[np.ndarray, "t nbody 3 3"],
+    segment: str,
+    near: Float[np.ndarray, "t 3"] | None = None,
 ) -> tuple[tuple[str, ...], Float[np.ndarray, "t 3"]]:
-    """Names and Z-X-Y angles [rad] of a segment relative to the root segment, without jumps."""
+    """Names and Z-X-Y angles [rad] of a segment relative to the root segment.
+
+    Of the equivalent triples each frame takes the one nearest to `near` (angles of another motion
+    at the same times, as this function returns them), or to the frame before.
+    """
     frames = anatomical_frames(body)
     root, b = root_segment(body.topology), body.topology.body_index(segment)
     R_root_anatomical, R_anatomical = R_world[:, root] @ frames[root], R_world[:, b] @ frames[b]
-    angles = continuous(cardan_zxy(np.swapaxes(R_root_anatomical, -1, -2) @ R_anatomical))
+    angles = cardan_zxy(np.swapaxes(R_root_anatomical, -1, -2) @ R_anatomical)
     labels = rotation_labels(segment)
-    return tuple(n for n, _ in labels), angles * np.array([s for _, s in labels])
+    sign = np.array([s for _, s in labels])
+    angles = continuous(angles) if near is None else nearest_solution(angles, near * sign)
+    return tuple(n for n, _ in labels), angles * sign
 
 
 def hinge_coordinate(body: Body, q: Float[np.ndarray, "t nq"], segment: int) -> np.ndarray:

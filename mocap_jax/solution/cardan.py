@@ -24,6 +24,14 @@ def other_solution(angles: Float[np.ndarray, "*b 3"]) -> Float[np.ndarray, "*b 3
     return np.stack([z + np.pi, np.pi - x, y + np.pi], axis=-1)
 
 
+def locked(angles: Float[np.ndarray, "*b 3"], within: float) -> np.ndarray:
+    """Whether the middle angle is closer than `within` [rad] to gimbal lock (a quarter turn).
+
+    There only the sum or difference of the other two means anything.
+    """
+    return np.abs(np.cos(angles[..., 1])) < np.sin(within)
+
+
 def wrap(angle: np.ndarray) -> np.ndarray:
     """Bring angles into -pi to pi [rad]."""
     return (angle + np.pi) % (2 * np.pi) - np.pi

@@ -7,6 +7,7 @@ from small_person import person, recording, solution, swing
 
 from mocap_jax.report import motion_strip, plot_body
 from mocap_jax.report.stick import bones, facing, view_from
+from mocap_jax.solution.anatomy import anatomical_frames
 from mocap_jax.solution.poses import segment_poses
 
 
@@ -17,7 +18,7 @@ def body():
 
 def test_bones_join_the_joints(body):
     R, p = segment_poses(body, np.asarray(body.qpos0)[None])
-    shape = bones(body, R[0], p[0])
+    shape = bones(body, R[0], p[0], anatomical_frames(body))
     names = body.topology.body_names
     forearm = p[0, names.index("LeftForeArm")]
     assert any(np.allclose(end, forearm) for end in shape.end)
