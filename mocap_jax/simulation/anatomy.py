@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mocap_jax.body import Body
-from mocap_jax.motion.segment_names import xsens_name
+from mocap_jax.motion import xsens_name
 
 _PAIRS = (
     ("LeftUpperLeg", "RightUpperLeg"),

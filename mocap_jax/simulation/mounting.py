@@ -9,7 +9,7 @@ import numpy as np
 
 from mocap_jax.body import Body, load_body
 from mocap_jax.errors import InputError, unknown_name
-from mocap_jax.motion.segment_names import xsens_name
+from mocap_jax.motion import xsens_name
 from mocap_jax.simulation.suit import SOURCE_PREFIX, Mounting, Suit
 
 # Radius of a capsule made for a bare segment, as a share of its length, and its bounds [m].

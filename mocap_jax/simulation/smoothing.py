@@ -10,6 +10,8 @@ from mocap_jax.body import Topology
 from mocap_jax.errors import InputError
 
 _ORDER = 4
+# Stretch at either end of a clip that says how it would go on [s].
+_END_FIT = 0.1
 # Frames this close to a jump are bridged with it [s].
 _BRIDGE_MARGIN = 0.1
 
@@ -53,15 +55,31 @@ def low_pass(
         return out, float("inf")
     # Twice through (forwards, backwards) halves the power twice: widen so that the half-power
     # frequency of the whole is the one asked for (Winter 2009, section 3.4.4.2).
-    widened = cutoff_hz / (np.sqrt(2.0) - 1.0) ** (1.0 / (2 * _ORDER))
-    widened = min(widened, 0.495 * rate_hz)
+    # The tangents undo the frequency warping of the bilinear transform.
+    ratio = (np.sqrt(2.0) - 1.0) ** (1.0 / (2 * _ORDER))
+    widened = rate_hz / np.pi * np.arctan(np.tan(np.pi * cutoff_hz / rate_hz) / ratio)
     sections = butter(_ORDER, widened, fs=rate_hz, output="sos")
     # The end effect of the filter spans about three periods of the cut-off.
-    padding = min(int(3 * rate_hz / cutoff_hz), len(out) - 2)
-    if padding < 1:
-        raise InputError(f"motion of {len(out)} frames: at least 3 are needed to filter it")
-    out = sosfiltfilt(sections, out, axis=0, padlen=padding)
+    padding = max(int(3 * rate_hz / cutoff_hz), 1)
+    if len(out) < 4:
+        raise InputError(f"motion of {len(out)} frames: at least 4 are needed to filter it")
+    ends = max(int(_END_FIT * rate_hz), 4)
+    head = _continued(out[:ends][::-1], padding)[::-1]
+    tail = _continued(out[-ends:], padding)
+    out = sosfiltfilt(sections, np.concatenate([head, out, tail]), axis=0, padlen=padding)
+    out = out[padding:-padding]
     return normalise_rows(topology, out), cutoff_hz
+
+
+def _continued(stretch: Float[np.ndarray, "n nq"], count: int) -> Float[np.ndarray, "count nq"]:
+    """Carry the end of a stretch on along its fitted parabola.
+
+    A mirrored extension, the usual one, has no acceleration at the end of the clip and would bend
+    the motion there.
+    """
+    steps = np.arange(len(stretch)) - (len(stretch) - 1)
+    fit = np.polynomial.polynomial.polyfit(steps, stretch, 2)
+    return np.polynomial.polynomial.polyval(np.arange(1, count + 1), fit).T
 
 
 def bridge_jumps(

@@ -27,7 +27,7 @@ import tomli_w
 
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError, unknown_name
-from mocap_jax.motion.segment_names import xsens_name
+from mocap_jax.motion import xsens_name
 from mocap_jax.simulation.default_suit import default_suit
 from mocap_jax.simulation.suit import SOURCE_PREFIX, Mounting, Suit
 
