@@ -2,5 +2,16 @@
 
 from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
+from mocap_jax.estimate.optimise import optimise
+from mocap_jax.estimate.options import (
+    ConstantsOptions,
+    NoiseOptions,
+    OptimiseOptions,
+    PriorOptions,
+)
+from mocap_jax.estimate.sequence.layout import UserResidual
 
-__all__ = ["EkfOptions", "ekf"]
+__all__ = [
+    "ConstantsOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions", "PriorOptions",
+    "UserResidual", "ekf", "optimise",
+]  # fmt: skip

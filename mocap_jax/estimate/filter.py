@@ -21,7 +21,7 @@ from mocap_jax.estimate.filter_frame import FilterModel, FrameInput, Parameters
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.innovation_statistics import InnovationStatistics
 from mocap_jax.initialise import RestEstimate, rest_pose
-from mocap_jax.kalman import State, process_noise
+from mocap_jax.kalman import Dynamics, State, butterworth_rate, process_noise
 from mocap_jax.measurement import gather
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution, Status
@@ -123,7 +123,7 @@ def _prepare(
         jax.tree.map(cast, rest.mounted(body)),
         model,
         jax.tree.map(cast, _parameters(recording, body, options, rest, float(data.step))),
-        jax.tree.map(cast, _start(body, options, rest)),
+        jax.tree.map(cast, _start(body, options, rest, _seen(body, rest, recording))),
         [jax.tree.map(cast, c) for c in chunks],
         np.asarray(data.time),
         statistics,
@@ -134,11 +134,11 @@ def _parameters(
     recording: Recording, body: Body, options: EkfOptions, rest: RestEstimate, step: float
 ) -> Parameters:
     noise, sensors = recording.setup.noise, len(rest.sensors)
-    density = jnp.asarray(jerk_density(body, options))
+    density = jerk_density(body, options)
+    density[~_seen(body, rest, recording)] = 0.0
     each = lambda sigma: jnp.full(sensors, sigma)  # noqa: E731
     return Parameters(
-        step=jnp.asarray(step),
-        noise=process_noise(options.process, jnp.asarray(step), density),
+        dynamics=_dynamics(body, options, rest, density, step),
         accelerometer_sigma=each(noise.accelerometer),
         gyroscope_sigma=each(noise.gyroscope),
         orientation_sigma=each(noise.orientation),
@@ -148,6 +148,30 @@ def _parameters(
         mounting_sigma=jnp.asarray(_remaining_mounting(rest)),
         speed_of_sound=jnp.asarray(recording.setup.speed_of_sound),
     )
+
+
+def _dynamics(
+    body: Body, options: EkfOptions, rest: RestEstimate, density: np.ndarray, step: float
+) -> Dynamics:
+    h = jnp.asarray(step)
+    noise = process_noise(options.process, h, jnp.asarray(density))
+    if options.process != "white_jerk" or options.joint_sigma <= 0:
+        return Dynamics(h, noise)
+    rate = np.asarray(butterworth_rate(density, options.joint_sigma))
+    for j, kind in enumerate(body.topology.joint_types):
+        if kind in (FREE, SLIDE):
+            rate[body.topology.dof_joint == j] = 0.0
+    return Dynamics(h, noise, jnp.asarray(rate), jnp.asarray(rest.q))
+
+
+def _seen(body: Body, rest: RestEstimate, recording: Recording) -> np.ndarray:
+    """Mask (nv,): degree of freedom moves something that is measured."""
+    topology = body.topology
+    names = [s.site for s in recording.setup.sensors if s.name in rest.sensors]
+    names += list(recording.ranges.source_names) if recording.ranges is not None else []
+    bodies = [topology.site_body[topology.site_index(n)] for n in {*names, *rest.sensors}
+              if n in topology.site_names]  # fmt: skip
+    return topology.body_dofs[bodies].any(axis=0) | topology.body_dofs[1]
 
 
 def _remaining_mounting(rest: RestEstimate) -> float:
@@ -172,15 +196,17 @@ def jerk_density(body: Body, options: EkfOptions) -> np.ndarray:
     return density
 
 
-def _start(body: Body, options: EkfOptions, rest: RestEstimate) -> State:
-    """Belief at the first frame."""
+def _start(body: Body, options: EkfOptions, rest: RestEstimate, seen: np.ndarray) -> State:
+    """Belief at the first frame. What nothing measures stays where it is, uncertain."""
     still, nv = rest.still.still, body.nv
     sigma_v = options.rest_velocity_sigma if still else options.velocity_sigma
     sigma_a = options.rest_acceleration_sigma if still else options.acceleration_sigma
     P = np.zeros((3 * nv, 3 * nv))
     P[:nv, :nv] = rest.covariance
-    P[range(nv, 2 * nv), range(nv, 2 * nv)] = sigma_v**2
-    P[range(2 * nv, 3 * nv), range(2 * nv, 3 * nv)] = sigma_a**2
+    pose, velocity, acceleration = np.arange(3 * nv).reshape(3, nv)
+    P[velocity, velocity] = np.where(seen, sigma_v, 1e-3) ** 2
+    P[acceleration, acceleration] = np.where(seen, sigma_a, 1e-3) ** 2
+    P[pose[~seen], pose[~seen]] = options.joint_sigma**2
     return State(jnp.asarray(rest.q), jnp.zeros(nv), jnp.zeros(nv), jnp.asarray(P))
 
 

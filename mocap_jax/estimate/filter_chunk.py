@@ -93,9 +93,7 @@ def smooth_chunk(
 
     def backward(carry: State, inputs: tuple[State, Array]) -> tuple[State, Estimates]:
         here, follows = inputs
-        smoothed = smooth_step(
-            manifold, model.process, here, carry, parameters.step, parameters.noise
-        )
+        smoothed = smooth_step(manifold, model.process, parameters.dynamics, here, carry)
         keep = follows & jnp.isfinite(smoothed.covariance).all()
         smoothed = jax.tree.map(lambda a, b: jnp.where(keep, a, b), smoothed, here)
         return smoothed, _estimate(smoothed, covariance)

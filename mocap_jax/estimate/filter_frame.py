@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 from mocap_jax import so3
 from mocap_jax.body import Body
 from mocap_jax.estimate.pose_manifold import pose_manifold
-from mocap_jax.kalman import Innovation, Process, State, predict, update
+from mocap_jax.kalman import Dynamics, Innovation, Process, State, predict, update
 from mocap_jax.measurement import predict as readings
 from mocap_jax.measurement.chain import Chain, chain, site_state
 
@@ -33,8 +33,7 @@ class FilterModel(NamedTuple):
 class Parameters(NamedTuple):
     """Numbers of the filter (traced)."""
 
-    step: Float[Array, ""]
-    noise: Float[Array, "3 3 nv"]
+    dynamics: Dynamics
     accelerometer_sigma: Float[Array, "s"]
     gyroscope_sigma: Float[Array, "s"]
     orientation_sigma: Float[Array, "s"]
@@ -72,7 +71,7 @@ def filter_frame(
 ) -> tuple[State, dict[str, Innovation]]:
     """Advance the belief to a frame and take in its measurements, one kind after the other."""
     manifold = pose_manifold(body.topology)
-    moved = predict(manifold, model.process, state, parameters.step, parameters.noise)
+    moved = predict(manifold, model.process, parameters.dynamics, state)
     current = _choose(frame.first, state, moved)
     innovations = {}
     for kind in model.kinds:
@@ -154,7 +153,7 @@ def _range(
         model.range_sites,
         frame.range_source,
         frame.range_receiver,
-        frame.range_lead * p.step,
+        frame.range_lead * p.dynamics.step,
         measured / p.speed_of_sound,
     )
     active = heard & (predicted.cosine > 0)

@@ -30,6 +30,11 @@ class EkfOptions:
     """Of the root's rotation [rad^2/s^5]."""
     root_translation_jerk_density: float = 3e3
     """Of the root's translation, in world coordinates [m^2/s^5]."""
+    joint_sigma: float = 0.35
+    """Standard deviation of joint angles about the rest pose over long times [rad]: joints follow
+    a third-order Butterworth process of this size with the jerk density above, so that what the
+    sensors cannot tell apart (the joints of a neck between two boards) does not run away. 0 makes
+    it a plain random walk of the acceleration."""
     paper_acceleration_noise: float = 0.04
     """Of `paper` and `euler`: standard deviation of the change of joint accelerations in 1/140 s
     [rad/s^2] (Vlasic 2007, section 5.1). The root, which the paper takes from elsewhere, keeps

@@ -8,12 +8,14 @@ from mocap_jax.linalg.arrow import (
     factor,
     forward,
     marginals,
+    sample,
     solve,
     solve_banded,
     solve_corner,
 )
 
 __all__ = [
-    "ArrowFactor", "BorderBlocks", "backward", "corner_covariance", "factor", "forward", "marginals", "solve",
+    "ArrowFactor", "BorderBlocks", "backward", "corner_covariance", "factor", "forward", "marginals", "sample",
+    "solve",
     "solve_banded", "solve_corner",
 ]  # fmt: skip

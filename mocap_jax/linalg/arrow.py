@@ -251,3 +251,16 @@ def _add_border_covariance(f: ArrowFactor, border: BorderBlocks, out: np.ndarray
             blas.dtrsm(1.0, f.panels[k].T[:, :d], x, side=0, lower=0, overwrite_b=1)
             whitened = blas.dtrsm(1.0, f.corner, x, side=1, lower=0)
             out[k] += whitened @ whitened.T
+
+
+def sample(
+    f: ArrowFactor, border: BorderBlocks | None, generator: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Draw (x, z) from the normal distribution whose information matrix was factored."""
+    m = len(f.corner)
+    x = backward(f, generator.normal(size=(f.frames, f.block)))
+    if border is None or not m:
+        return x, np.zeros(0)
+    z = blas.dtrsv(f.corner, generator.normal(size=m), lower=0)
+    coupled = np.stack([border(k).T @ z for k in range(f.frames)])
+    return x - solve_banded(f, coupled), z

@@ -100,6 +100,10 @@ class SequenceProblem:
         }  # fmt: skip
         self._terms = dataclasses.replace(self._terms, **padded)
 
+    def set_range_mu(self, mu: float) -> None:
+        """Set the graduation of the Geman-McClure loss."""
+        self.weights = dataclasses.replace(self.weights, range_mu=jnp.asarray(mu, self.dtype))
+
     def _pad(self, terms: Terms) -> Terms:
         out = {}
         for field in dataclasses.fields(Terms):

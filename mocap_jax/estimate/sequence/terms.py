@@ -11,6 +11,7 @@ from mocap_jax.body import Body
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.options import OptimiseOptions
 from mocap_jax.estimate.sequence.layout import Layout, Terms, UserResidual, Weights
+from mocap_jax.initialise import declared_pose
 from mocap_jax.measurement import FrameData
 from mocap_jax.recording import Setup
 from mocap_jax.residuals.inertial import CONSISTENT, PLAIN, de_average, mean_rate
@@ -170,26 +171,6 @@ def _rest_frames(data: FrameData, setup: Setup) -> np.ndarray:
     return np.flatnonzero((time >= setup.rest.start) & (time <= setup.rest.end))
 
 
-def declared_pose(body: Body, setup: Setup) -> np.ndarray:
-    """The declared rest pose (nq,), the model's reference pose where nothing is declared.
-
-    Raises:
-        InputError: a joint that the body does not have, or a wrong number of values.
-    """
-    q = np.array(body.qpos0)
-    topology = body.topology
-    for name, values in (setup.rest.pose if setup.rest else {}).items():
-        joint = topology.joint_index(name)
-        first = topology.joint_qpos[joint]
-        width = {"free": 7, "ball": 4}.get(topology.joint_types[joint], 1)
-        if len(values) != width:
-            raise InputError(
-                f"rest pose of joint '{name}': {len(values)} values given, {width} expected"
-            )
-        q[first : first + width] = values
-    return q
-
-
 def _references(
     data: FrameData,
     body: Body,
@@ -201,7 +182,7 @@ def _references(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Reference poses and their information: (measured root, declared rest), weak prior."""
     t, nv = len(data.time), body.nv
-    declared = declared_pose(body, setup)
+    declared = declared_pose(setup.rest, body)
     reference = np.tile(declared, (2, t, 1))
     information = np.zeros((2, t, nv))
     joints = np.arange(6 if body.has_free_root else 0, nv)

@@ -1,0 +1,69 @@
+"""Where the whole-sequence optimiser starts: an earlier solution brought to its frame grid."""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from mocap_jax import so3
+from mocap_jax.body import Body, difference, retract
+from mocap_jax.errors import InputError
+from mocap_jax.estimate.filter import ekf
+from mocap_jax.estimate.filter_options import EkfOptions
+from mocap_jax.estimate.options import OptimiseOptions
+from mocap_jax.estimate.sequence.layout import Constants
+from mocap_jax.recording import Recording
+from mocap_jax.solution import Solution
+
+
+def first_guess(
+    recording: Recording, body: Body, options: OptimiseOptions, *, progress: bool
+) -> Solution:
+    """Run the estimator that `options.initial` names."""
+    smooth = options.initial == "ekf_smoothed"
+    settings = EkfOptions(
+        kinds=options.kinds, root=options.root, smooth=smooth, covariance=False
+    )
+    return ekf(recording, body, options=settings, progress=progress)
+
+
+def on_grid(initial: Solution, body: Body, time: np.ndarray) -> np.ndarray:
+    """Poses of an earlier solution at other times (t, nq), interpolated along geodesics.
+
+    Raises:
+        InputError: the solution belongs to a body with other joints, or is not finite.
+    """
+    ours, theirs = body.topology, initial.body.topology
+    if ours.joint_types != theirs.joint_types or ours.nq != initial.trajectory.q.shape[1]:
+        raise InputError(
+            f"initial solution: its body has {theirs.njoint} joints ({theirs.nq} coordinates), "
+            f"this one {ours.njoint} ({ours.nq}); use a solution of the same body"
+        )
+    q = np.asarray(initial.trajectory.q)
+    if not np.isfinite(q).all():
+        raise InputError("initial solution: its poses are not finite (its solve failed)")
+    known = np.asarray(initial.trajectory.time)
+    if len(known) == len(time) and np.allclose(known, time, atol=1e-9):
+        return q
+    right = np.clip(np.searchsorted(known, time), 1, len(known) - 1)
+    share = np.clip((time - known[right - 1]) / (known[right] - known[right - 1]), 0.0, 1.0)
+
+    @jax.jit
+    @jax.vmap
+    def between(a: jax.Array, b: jax.Array, s: jax.Array) -> jax.Array:
+        return retract(ours, a, s * difference(ours, a, b))
+
+    return np.asarray(between(jnp.asarray(q[right - 1]), jnp.asarray(q[right]), jnp.asarray(share)))
+
+
+def constants_from(initial: Solution, sensors: tuple[str, ...]) -> Constants:
+    """Sensor constants found by an earlier solve; zero where it has none."""
+    look_up = lambda key: np.array(  # noqa: E731
+        [np.asarray(initial.calibration.get(f"{key}/{name}", np.zeros(3))) for name in sensors]
+    ).reshape(-1, 3)
+    return Constants(
+        look_up("gyroscope_bias"),
+        look_up("accelerometer_bias"),
+        np.asarray(so3.exp(jnp.asarray(look_up("mounting_rotation")))),
+    )

@@ -1,0 +1,281 @@
+"""`optimise`: all poses of a recording at once, by Levenberg-Marquardt."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+
+import jax.numpy as jnp
+import numpy as np
+from tqdm import tqdm
+
+from mocap_jax import linalg
+from mocap_jax.body import Body, load_body
+from mocap_jax.errors import InputError, SolveError
+from mocap_jax.estimate.compile_clock import CompileClock
+from mocap_jax.estimate.initial_guess import constants_from, first_guess, on_grid
+from mocap_jax.estimate.options import OptimiseOptions
+from mocap_jax.estimate.sequence.adapt import (
+    NoiseLevels,
+    constant_values,
+    initial_levels,
+    prior_information,
+    re_estimate,
+    scaled_terms,
+)
+from mocap_jax.estimate.sequence.problem import SequenceProblem, State
+from mocap_jax.estimate.sequence.statistics import residual_statistics
+from mocap_jax.estimate.sequence.terms import Built, build
+from mocap_jax.least_squares import Outcome, Result, minimise
+from mocap_jax.measurement import FrameData, gather
+from mocap_jax.recording import Recording
+from mocap_jax.solution import Solution, Status
+from mocap_jax.trajectory import Trajectory
+
+_STATUS = {
+    Outcome.CONVERGED: Status.CONVERGED,
+    Outcome.MAX_ITERATIONS: Status.MAX_ITERATIONS,
+    Outcome.STALLED: Status.STALLED,
+    Outcome.SINGULAR: Status.SINGULAR,
+    Outcome.DIVERGED: Status.DIVERGED,
+}
+
+
+def optimise(
+    recording: Recording,
+    body: Body | None = None,
+    *,
+    initial: Solution | None = None,
+    options: OptimiseOptions = OptimiseOptions(),  # noqa: B008  (frozen)
+    user_data: tuple = (),
+    progress: bool = False,
+    throw: bool = False,
+) -> Solution:
+    """Estimate a whole motion at once: the poses that explain all measurements best.
+
+    Args:
+        recording: measured streams and their set-up.
+        body: nominal body whose sites carry the sensors; default the recording's own. It is given
+            a free root if it has none.
+        initial: where to start (any earlier solution); default as `options.initial` says.
+        options: see `OptimiseOptions`.
+        user_data: for each of `options.user_residuals` a pytree of arrays with one row a frame.
+        progress: show a progress bar (stderr).
+        throw: raise `SolveError` instead of returning a failed solution.
+
+    Returns:
+        Poses, their covariances, the sensors' constants and residual statistics. A failed solve
+        is a value whose status says so.
+
+    Raises:
+        InputError: no body, unknown sensors, or `root="given"` without a measured root.
+    """
+    clock, begin = CompileClock(), time.perf_counter()
+    with clock:
+        body = _body(recording, body)
+        root_given = _root_given(recording, options)
+        if initial is None:
+            initial = first_guess(recording, body, options, progress=progress)
+        data = gather(
+            recording, body, kinds=options.kinds, root=root_given, rate_hz=options.rate_hz
+        )
+        built = build(
+            data, body, recording.setup, options, root_given=root_given, user_data=user_data
+        )
+        run = _Run(body, data, built, options)
+        state = State(on_grid(initial, body, data.time), constants_from(initial, data.sensors))
+        solution = run.solve(state, recording, root_given=root_given, progress=progress)
+    seconds = time.perf_counter() - begin
+    solution = dataclasses.replace(
+        solution, seconds_solve=seconds - clock.seconds, seconds_compile=clock.seconds
+    )
+    if throw and not solution.status.ok:
+        raise SolveError(solution.status.value)
+    return solution
+
+
+def _body(recording: Recording, body: Body | None) -> Body:
+    if body is None:
+        if recording.body_xml is None:
+            raise InputError("the recording carries no body.xml: pass a body")
+        return load_body(recording.body_xml, free_root=True)
+    return body if body.has_free_root else load_body(body.xml, free_root=True)
+
+
+def _root_given(recording: Recording, options: OptimiseOptions) -> bool:
+    if options.root == "given" and recording.root is None:
+        raise InputError("root='given': the recording has no measured root (valid: auto, free)")
+    return options.root != "free" and recording.root is not None
+
+
+class _Run:
+    """One solve: rounds of minimisation with noise levels re-estimated in between."""
+
+    def __init__(
+        self, body: Body, data: FrameData, built: Built, options: OptimiseOptions
+    ) -> None:
+        self.body, self.data, self.built, self.options = body, data, built, options
+        layout = built.layout
+        self.levels = initial_levels(options, len(layout.sites), len(layout.range_sites))
+        self.problem = SequenceProblem(
+            layout, body, built.terms, built.weights,
+            prior_information(self.levels, len(layout.sites)), np.dtype(options.dtype),
+        )  # fmt: skip
+        self.cost: list[float] = []
+        self.iterations = 0
+
+    def solve(
+        self, state: State, recording: Recording, *, root_given: bool, progress: bool
+    ) -> Solution:
+        generator = np.random.default_rng(0)
+        rounds = self.options.noise.rounds if self._adapts() else 1
+        result = Result(state, Outcome.MAX_ITERATIONS, ())
+        with tqdm(desc="optimise", unit="iteration", disable=not progress) as bar:
+            for number in range(rounds):
+                changed = self._set_levels(result.state, number, rounds)
+                result = self._minimise(result.state, number == rounds - 1, bar)
+                if result.outcome in (Outcome.SINGULAR, Outcome.DIVERGED) or number == rounds - 1:
+                    break
+                self.levels = re_estimate(
+                    self.problem, result.state, self.built.terms, changed, self.levels,
+                    self.options, self.built.rest_frames, generator,
+                )  # fmt: skip
+        return self._solution(result, changed, recording, root_given=root_given)
+
+    def _adapts(self) -> bool:
+        return self.options.noise.adapt or self.options.constants.adapt
+
+    def _set_levels(self, state: State, number: int, rounds: int) -> dict[str, np.ndarray]:
+        gate = self.problem.gate(state) if self.built.layout.use_range else None
+        free = 6 if self.body.has_free_root else 0
+        changed = scaled_terms(
+            self.built.terms, gate, self.levels, self.options, self.built.rest_frames, free
+        )
+        self.problem.replace_terms(**changed)
+        self.problem.prior_information = prior_information(
+            self.levels, len(self.built.layout.sites)
+        )
+        mu = self.options.noise.range_mu
+        graduation = mu[min(number * len(mu) // rounds, len(mu) - 1)] if rounds > 1 else mu[-1]
+        if number == rounds - 1:
+            graduation = mu[-1]
+        self.problem.set_range_mu(graduation)
+        return changed
+
+    def _minimise(self, state: State, last: bool, bar: tqdm) -> Result:
+        solver = self.options.solver
+        if not last:
+            # Rounds before the last only feed the noise estimate.
+            solver = dataclasses.replace(
+                solver, tolerance=max(solver.tolerance, 3e-2),
+                max_iterations=min(solver.max_iterations, 8),
+            )  # fmt: skip
+
+        def report(_: int, cost: float) -> None:
+            self.iterations += 1
+            bar.update()
+            bar.set_postfix_str(f"cost {cost:.6g}")
+
+        result = minimise(self.problem, state, solver, report)
+        self.cost += list(result.cost)
+        return result
+
+    def _solution(
+        self, result: Result, changed: dict[str, np.ndarray], recording: Recording, *,
+        root_given: bool,
+    ) -> Solution:  # fmt: skip
+        state, layout = result.state, self.built.layout
+        status, remarks = _STATUS[result.outcome], [result.message] if result.message else []
+        covariance, deviations = None, np.full((len(layout.sites), 9), np.nan)
+        if status.ok:
+            try:
+                covariance, deviations = self._covariance(state)
+            except SolveError as error:
+                status, message = Status.UNDETERMINED, str(error)
+                remarks.append(f"No covariance: {message}.")
+        return Solution(
+            trajectory=Trajectory(np.asarray(self.data.time), state.q, self._velocity(state)),
+            body=self.body,
+            status=status,
+            method="optimise",
+            setup=recording.setup,
+            remarks=(*recording.salvage, *remarks, *_gauge_remarks(root_given)),
+            covariance=covariance,
+            cost=tuple(self.cost),
+            iterations=self.iterations,
+            statistics=residual_statistics(
+                self.problem.residuals(state), changed, self.built, self.data, self.body
+            ),
+            options=_record(self.options, self.levels),
+            **_calibration(state, deviations, self.data.sensors, use=layout.use_border),
+        )
+
+    def _covariance(self, state: State) -> tuple[np.ndarray | None, np.ndarray]:
+        layout = self.built.layout
+        deviations = np.full((len(layout.sites), 9), np.nan)
+        equations = self.problem.linearise(state)
+        f = linalg.factor(equations.lower, equations.corner, equations.border, overwrite=True)
+        if layout.use_border:
+            deviations = np.sqrt(np.diag(linalg.corner_covariance(f))).reshape(-1, 9)
+        if not self.options.covariance:
+            return None, deviations
+        return linalg.marginals(f, equations.border), deviations
+
+    def _velocity(self, state: State) -> np.ndarray:
+        """Central differences of the poses, in the tangent space."""
+        return central_velocity(self.body, state.q, float(self.data.step))
+
+
+def central_velocity(body: Body, q: np.ndarray, step: float) -> np.ndarray:
+    """Velocities (t, nv) of poses on a uniform grid, by central differences."""
+    import jax
+
+    from mocap_jax.body import difference
+
+    poses = jnp.asarray(q)
+    between = jax.vmap(lambda a, b: difference(body.topology, a, b))(poses[:-1], poses[1:]) / step
+    inner = 0.5 * (between[:-1] + between[1:])
+    return np.asarray(jnp.concatenate([between[:1], inner, between[-1:]]))
+
+
+def _gauge_remarks(root_given: bool) -> tuple[str, ...]:
+    if root_given:
+        return ()
+    return (
+        "Root free: its position and heading come from accelerations and rates alone and drift; "
+        "they are tied to the declared pose at the start.",
+    )
+
+
+def _calibration(
+    state: State, deviations: np.ndarray, sensors: tuple[str, ...], *, use: bool
+) -> dict[str, dict[str, np.ndarray]]:
+    if not use:
+        return {}
+    values = constant_values(state)
+    keys = ("gyroscope_bias", "accelerometer_bias", "mounting_rotation")
+    table = {
+        f"{key}/{name}": (i, slice(3 * c, 3 * c + 3))
+        for i, name in enumerate(sensors)
+        for c, key in enumerate(keys)
+    }
+    return {
+        "calibration": {k: values[at] for k, at in table.items()},
+        "calibration_std": {k: deviations[at] for k, at in table.items()},
+    }
+
+
+def _record(options: OptimiseOptions, levels: NoiseLevels) -> dict[str, object]:
+    record = dataclasses.asdict(dataclasses.replace(options, user_residuals=()))
+    record["user_residuals"] = [r.name for r in options.user_residuals]
+    record["noise_levels"] = {
+        "inertial": {k: [float(x) for x in v] for k, v in levels.inertial.items()},
+        "range": [float(x) for x in levels.range],
+        "gyroscope_bias": levels.gyroscope_bias,
+        "accelerometer_bias": levels.accelerometer_bias,
+        "mounting": levels.mounting,
+        "rest": levels.rest,
+    }
+    return record
+
+
