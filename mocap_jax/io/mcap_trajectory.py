@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import jax.numpy as jnp
 import numpy as np
+from jax import device_put
 
 from mocap_jax.body import Body, Topology
 from mocap_jax.errors import InputError, unknown_name
@@ -117,9 +117,9 @@ def read_trajectory(contents: Contents, prefix: str, topology: Topology) -> Traj
         )
         # A truncated file can hold one message less on one of the two topics.
         stamps, in_q, in_v = np.intersect1d(stamps, at, return_indices=True)
-        q, v = q[in_q], jnp.asarray(_ordered(values, names, dof_names(topology))[in_v])
+        q, v = q[in_q], device_put(_ordered(values, names, dof_names(topology))[in_v])
     time = (stamps - file_start(contents)) / 1e9
-    return Trajectory(jnp.asarray(time), jnp.asarray(q), v)
+    return Trajectory(device_put(time), device_put(q), v)
 
 
 def _ordered(values: np.ndarray, names: tuple[str, ...], wanted: tuple[str, ...]) -> np.ndarray:

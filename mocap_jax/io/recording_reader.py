@@ -8,9 +8,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-import jax.numpy as jnp
 import numpy as np
-from jax import Array
+from jax import Array, device_put
 from mcap.records import Schema
 
 from mocap_jax.body import load_body
@@ -143,7 +142,7 @@ class _Reader:
             return None
 
     def _time(self, stamps: np.ndarray) -> Array:
-        return jnp.asarray((stamps - self._start) / 1e9)
+        return device_put((stamps - self._start) / 1e9)
 
     def _messages(self, topic: str) -> tuple[Sequence[bytes], Schema]:
         return self._contents.payloads[topic], self._contents.schema(topic)
@@ -151,21 +150,21 @@ class _Reader:
     def _inertial(self, topic: str) -> InertialStream:
         stamps, orientation, gyroscope, accelerometer = ros.decode_imu(*self._messages(topic))
         return InertialStream(
-            self._time(stamps), jnp.asarray(accelerometer), jnp.asarray(gyroscope),
-            jnp.asarray(orientation),
+            self._time(stamps), device_put(accelerometer), device_put(gyroscope),
+            device_put(orientation),
         )  # fmt: skip
 
     def _magnetic(self, topic: str) -> MagneticStream:
         stamps, field = ros.decode_magnetic(*self._messages(topic))
-        return MagneticStream(self._time(stamps), jnp.asarray(field))
+        return MagneticStream(self._time(stamps), device_put(field))
 
     def _temperature(self, topic: str) -> TemperatureStream:
         stamps, celsius = ros.decode_temperature(*self._messages(topic))
-        return TemperatureStream(self._time(stamps), jnp.asarray(celsius))
+        return TemperatureStream(self._time(stamps), device_put(celsius))
 
     def _root(self, topic: str) -> RootStream:
         stamps, position, orientation = pb.decode_poses(self._contents.payloads[topic])
-        return RootStream(self._time(stamps), jnp.asarray(position), jnp.asarray(orientation))
+        return RootStream(self._time(stamps), device_put(position), device_put(orientation))
 
     def _ranges(self, topic: str) -> RangeStream:
         stamps, source, receiver, distance, confidence = pb.decode_ranges(
@@ -176,7 +175,7 @@ class _Reader:
         receivers = _names(declared.get("receivers"), receiver)
         return RangeStream(
             self._time(stamps), _indices(source, sources), _indices(receiver, receivers),
-            jnp.asarray(distance), jnp.asarray(confidence), sources, receivers,
+            device_put(distance), device_put(confidence), sources, receivers,
         )  # fmt: skip
 
     def _truth(self) -> Truth | None:
@@ -198,7 +197,7 @@ class _Reader:
         if raw is None:
             return {}
         try:
-            return {name: jnp.asarray(value) for name, value in unpack_arrays(raw).items()}
+            return {name: device_put(value) for name, value in unpack_arrays(raw).items()}
         except DAMAGE as error:
             self._lost.append(f"the true parameters are lost: {error}")
             return {}
@@ -230,4 +229,4 @@ def _names(declared: str | None, found: list[str]) -> tuple[str, ...]:
 
 def _indices(found: list[str], names: tuple[str, ...]) -> Array:
     index = {name: i for i, name in enumerate(names)}
-    return jnp.asarray(np.array([index[name] for name in found], np.int64))
+    return device_put(np.array([index[name] for name in found], np.int64))

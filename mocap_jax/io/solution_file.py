@@ -9,8 +9,8 @@ import os
 from enum import Enum
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
+from jax import Array, device_put
 
 from mocap_jax.body import Body, load_body
 from mocap_jax.errors import InputError
@@ -153,23 +153,23 @@ def _read_body(contents: Contents) -> Body:
     if _BODY_ARRAYS not in contents.attachments:
         return body
     arrays = unpack_arrays(contents.attachments[_BODY_ARRAYS])
-    return body.replace(**{name: jnp.asarray(value) for name, value in arrays.items()})
+    return body.replace(**{name: device_put(value) for name, value in arrays.items()})
 
 
 def _read_covariance(
     contents: Contents, trajectory: Trajectory
-) -> tuple[Trajectory, jnp.ndarray | None]:
+) -> tuple[Trajectory, Array | None]:
     if not contents.payloads.get(_COVARIANCE):
         return trajectory, None
     stamps, covariance = pb.decode_covariances(contents.payloads[_COVARIANCE])
     own = np.rint(np.asarray(trajectory.time) * 1e9).astype(np.int64) + file_start(contents)
     if np.array_equal(own, stamps):
-        return trajectory, jnp.asarray(covariance)
+        return trajectory, device_put(covariance)
     # A truncated file can hold fewer messages on one of the topics.
     _, keep, rows = np.intersect1d(own, stamps, return_indices=True)
     v = None if trajectory.v is None else trajectory.v[keep]
     kept = Trajectory(trajectory.time[keep], trajectory.q[keep], v)
-    return kept, jnp.asarray(covariance[rows])
+    return kept, device_put(covariance[rows])
 
 
 # Everything else, as JSON. Its numbers are finite, so others are written as text.
