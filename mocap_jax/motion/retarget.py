@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import mujoco
 import numpy as np
 from jax import Array
 from jaxtyping import Float
@@ -32,7 +33,7 @@ _PER_RADIAN = 1.0
 _PER_METRE = 5.0
 _PER_RADIAN_FROM_REST = 0.02
 _PER_RADIAN_BEYOND_LIMIT = 2.0
-_FIRST_ITERATIONS, _ITERATIONS = 60, 6
+_LEAD_IN, _ITERATIONS = 12, 6
 
 
 class _Targets(NamedTuple):
@@ -73,33 +74,33 @@ def retarget(motion: Motion, body: Body) -> Motion:
     return Motion(motion.name, body, Trajectory(motion.trajectory.time, q), facts)
 
 
-@partial(jax.jit, static_argnums=(0,))
-def _segment_frames(topology_match: tuple[int, ...], body: Body, q: Array) -> _Targets:
-    """Frames of the named bodies in all frames."""
-    chosen = jnp.array(topology_match)
-
-    def one(pose: Array) -> _Targets:
-        out = frames(body, pose)
-        return _Targets(out.rotation[chosen], out.position[chosen])
-
-    return jax.vmap(one)(q)
-
-
 def _targets(motion: Motion, match: SegmentMatch) -> _Targets:
     """What each segment of the target body should do, in all frames."""
-    source = _segment_frames(tuple(match.source_body.tolist()), motion.body, motion.trajectory.q)
-    R = jnp.einsum("tnij,njk->tnik", source.rotation, match.R_source_target)
-    positions = [match.scale * source.position[:, 0]]
+    R_source, p_source = _segment_frames(motion, match.source_body)
+    R = R_source @ match.R_source_target
+    position = np.empty_like(p_source)
+    position[:, 0] = match.scale * p_source[:, 0]
     for i in range(1, len(match.names)):
         p = match.parent[i]
-        positions.append(positions[p] + R[:, p] @ match.offset[i])
-    position = jnp.stack(positions, axis=1)
+        position[:, i] = position[:, p] + R[:, p] @ match.offset[i]
     feet = [i for i, name in enumerate(match.names) if name in ("LeftFoot", "RightFoot")]
     if feet:  # feet as high above the floor as the scaled source's are
-        ankles = match.scale * source.position[:, jnp.array(feet), 2] + match.ankle_rise
-        rise = jnp.median(ankles.min(axis=1) - position[:, jnp.array(feet), 2].min(axis=1))
-        position = position.at[..., 2].add(rise)
-    return _Targets(R, position)
+        ankles = match.scale * p_source[:, feet, 2] + match.ankle_rise
+        position[..., 2] += np.median(ankles.min(axis=1) - position[:, feet, 2].min(axis=1))
+    return _Targets(jnp.asarray(R), jnp.asarray(position))
+
+
+def _segment_frames(motion: Motion, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """World rotations (t n 3 3) and positions (t n 3) [m] of bodies, by C MuJoCo."""
+    model = motion.body.mujoco_model()
+    data = mujoco.MjData(model)
+    poses = np.asarray(motion.trajectory.q)
+    R, p = np.empty((len(poses), len(chosen), 3, 3)), np.empty((len(poses), len(chosen), 3))
+    for k, pose in enumerate(poses):
+        data.qpos[:] = pose
+        mujoco.mj_kinematics(model, data)
+        R[k], p[k] = data.xmat[chosen].reshape(-1, 3, 3), data.xpos[chosen]
+    return R, p
 
 
 @jax.jit
@@ -107,52 +108,79 @@ def _fit_clip(body: Body, chosen: Array, targets: _Targets) -> tuple[Array, Arra
     """Poses (t nq), orientation errors (t n) [rad] and position errors (t n) [m]."""
     first = jax.tree.map(lambda x: x[0], targets)
     root = jnp.concatenate([first.position[0], so3.quat_from_matrix(first.rotation[0])])
-    q0 = body.qpos0.at[:7].set(root)
-    q0 = _fit_frame(body, chosen, q0, first, _FIRST_ITERATIONS)
+    # The first frame starts far away: it is met several times.
+    again = jax.tree.map(lambda x: jnp.concatenate([jnp.repeat(x[:1], _LEAD_IN, 0), x]), targets)
 
     def step(q: Array, target: _Targets) -> tuple[Array, tuple[Array, Array, Array]]:
-        q = _fit_frame(body, chosen, q, target, _ITERATIONS)
-        turn, shift = _errors(body, chosen, q, target)
-        return q, (q, jnp.linalg.norm(turn, axis=-1), jnp.linalg.norm(shift, axis=-1))
+        fit = _fit_frame(body, chosen, q, target)
+        turn, shift = jnp.split(fit.residual[: 6 * len(target.position)].reshape(-1, 3), 2)
+        errors = jnp.linalg.norm(turn, axis=-1), jnp.linalg.norm(shift, axis=-1)
+        return fit.q, (fit.q, errors[0] / _PER_RADIAN, errors[1] / _PER_METRE)
 
-    return jax.lax.scan(step, q0, targets)[1]
+    result = jax.lax.scan(step, body.qpos0.at[:7].set(root), again)[1]
+    return jax.tree.map(lambda x: x[_LEAD_IN:], result)
 
 
-def _fit_frame(body: Body, chosen: Array, q: Array, target: _Targets, iterations: int) -> Array:
+class _Fit(NamedTuple):
+    """The best pose so far with its residual and derivative, and the damping to go on with."""
+
+    q: Array
+    residual: Array
+    jacobian: Array
+    cost: Array
+    damping: Array
+
+
+def _fit_frame(body: Body, chosen: Array, q: Array, target: _Targets) -> _Fit:
     """Levenberg-Marquardt with a fixed number of iterations; steps that do not help are undone."""
-    residual = partial(_residual, body, chosen, target)
 
-    def iterate(_: int, state: tuple[Array, Array]) -> tuple[Array, Array]:
-        q, damping = state
-        at = lambda d: residual(retract(body.topology, q, d))  # noqa: E731
-        zero = jnp.zeros(body.nv, q.dtype)
-        r, J = at(zero), jax.jacfwd(at)(zero)
-        H = J.T @ J + damping * jnp.eye(body.nv)
-        new = normalise(body.topology, retract(body.topology, q, -jnp.linalg.solve(H, J.T @ r)))
-        better = (residual(new) ** 2).sum() < (r**2).sum()
-        return jnp.where(better, new, q), jnp.where(better, damping / 4, damping * 6)
+    def iterate(_: int, best: _Fit) -> _Fit:
+        H = best.jacobian.T @ best.jacobian + best.damping * jnp.eye(body.nv)
+        delta = -jnp.linalg.solve(H, best.jacobian.T @ best.residual)
+        q = normalise(body.topology, retract(body.topology, best.q, delta))
+        r, J = _residual_and_jacobian(body, chosen, target, q)
+        new = _Fit(q, r, J, (r**2).sum(), best.damping / 4)
+        better = new.cost < best.cost
+        kept = best._replace(damping=best.damping * 6)
+        return jax.tree.map(lambda a, b: jnp.where(better, a, b), new, kept)
 
-    return jax.lax.fori_loop(0, iterations, iterate, (q, jnp.asarray(1e-3, q.dtype)))[0]
+    # Starting from a zero derivative and an infinite cost makes the first step stay at q, so that
+    # the kinematics is compiled once.
+    rows = 6 * len(target.position) + jax.eval_shape(partial(_soft_residual, body), q).shape[0]
+    start = _Fit(q, jnp.zeros(rows), jnp.zeros((rows, body.nv)), jnp.array(jnp.inf),
+                 jnp.array(1e-3))  # fmt: skip
+    return jax.lax.fori_loop(0, _ITERATIONS + 1, iterate, start)
 
 
-def _errors(body: Body, chosen: Array, q: Array, target: _Targets) -> tuple[Array, Array]:
-    """Rotation vector [rad] and displacement [m] of each segment from its target."""
+def _residual_and_jacobian(
+    body: Body, chosen: Array, target: _Targets, q: Array
+) -> tuple[Array, Array]:
+    """Residual (m) and its derivative (m nv) along tangent vectors, from the screws of `frames`."""
     out = frames(body, q)
-    relative = so3.matmul3(jnp.swapaxes(target.rotation, -1, -2), out.rotation[chosen])
-    return so3.log(relative), out.position[chosen] - target.position
-
-
-def _residual(body: Body, chosen: Array, target: _Targets, q: Array) -> Array:
-    turn, shift = _errors(body, chosen, q, target)
-    rest = difference(body.topology, body.qpos0, q)[6:]
-    return jnp.concatenate(
-        [
-            _PER_RADIAN * turn.ravel(),
-            _PER_METRE * shift.ravel(),
-            _PER_RADIAN_FROM_REST * rest,
-            _PER_RADIAN_BEYOND_LIMIT * _beyond_limits(body, q),
-        ]
+    R, p = out.rotation[chosen], out.position[chosen]
+    turn = so3.log(so3.matmul3(jnp.swapaxes(target.rotation, -1, -2), R))
+    moved = jnp.asarray(body.topology.body_dofs)[chosen][..., None]  # (n nv 1)
+    angular = jnp.where(moved, out.angular, 0.0)
+    linear = jnp.where(moved, out.linear + so3.cross(out.angular, p[:, None]), 0.0)
+    turn_jacobian = jnp.einsum(
+        "nij,nkj,nvk->niv", so3.right_jacobian_inverse(turn), R, angular, optimize=True
     )
+    soft = lambda d: _soft_residual(body, retract(body.topology, q, d))  # noqa: E731
+    zero = jnp.zeros(body.nv, q.dtype)
+    residual = [_PER_RADIAN * turn.ravel(), _PER_METRE * (p - target.position).ravel(), soft(zero)]
+    jacobian = [
+        _PER_RADIAN * turn_jacobian.reshape(-1, body.nv),
+        _PER_METRE * jnp.swapaxes(linear, 1, 2).reshape(-1, body.nv),
+        jax.jacfwd(soft)(zero),
+    ]
+    return jnp.concatenate(residual), jnp.concatenate(jacobian)
+
+
+def _soft_residual(body: Body, q: Array) -> Array:
+    """What holds joints that no segment determines: rest pose and limits."""
+    rest = difference(body.topology, body.qpos0, q)[6:]
+    beyond = _beyond_limits(body, q)
+    return jnp.concatenate([_PER_RADIAN_FROM_REST * rest, _PER_RADIAN_BEYOND_LIMIT * beyond])
 
 
 def _beyond_limits(body: Body, q: Array) -> Array:
