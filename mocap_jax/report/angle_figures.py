@@ -81,7 +81,7 @@ def trunk_figure(
     if not shown:
         return None
     curves = {name: thinned(s) for name, s in solutions.items()}
-    truths = {n: truth_at(recording, c) for n, c in curves.items()} if _has(recording) else {}
+    truths = _truths(recording, curves)
     rows = 4 if truths else 3
     with rc_context(RC):
         figure = Figure(figsize=(10.5, 1.75 * rows + 0.5), layout="constrained")
@@ -95,6 +95,13 @@ def trunk_figure(
             panels[-1, column].set_xlabel("time [s]")
         _finish(figure, panels, solutions, recording)
     return figure
+
+
+def _truths(recording: Recording | None, curves: dict[str, Curves]) -> dict[str, Curves]:
+    """The truth at the times of every method; empty without truth."""
+    if recording is None or recording.truth is None:
+        return {}
+    return {name: truth_at(recording, curve) for name, curve in curves.items()}
 
 
 def _has(recording: Recording | None) -> bool:
@@ -134,7 +141,7 @@ def _angle_panels(
 def _shown(angles: np.ndarray) -> np.ndarray:
     """Angles in degrees; the outer two are left out near gimbal lock, where they mean nothing."""
     out = np.rad2deg(angles)
-    out[np.ix_(locked(angles, _LOCK), [0, 2])] = np.nan
+    out[locked(angles, _LOCK), ::2] = np.nan
     return out
 
 

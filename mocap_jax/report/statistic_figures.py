@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from mocap_jax.report.style import INK, MUTED, RC, quiet_grid
 from mocap_jax.solution import Solution
@@ -123,7 +124,7 @@ def cost_figure(solutions: dict[str, Solution], colours: dict[str, str]) -> Figu
             panel.set_yscale("log")
         panel.set_xlabel("iteration")
         panel.set_ylabel("cost [1]")
-        panel.xaxis.get_major_locator().set_params(integer=True)
+        panel.xaxis.set_major_locator(MaxNLocator(integer=True))
         panel.legend(loc="upper right")
         quiet_grid(panel)
     return figure

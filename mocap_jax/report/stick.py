@@ -165,8 +165,9 @@ def plot_body(
     """
     R, p = segment_poses(body, np.asarray(q)[None])
     view = view or view_from(facing(body, R))
-    _draw(axes, bones(body, R[0], p[0], anatomical_frames(body)), p[0, root_segment(body.topology)], view, at, colour,
-          alpha, outline)  # fmt: skip
+    shape = bones(body, R[0], p[0], anatomical_frames(body))
+    root = p[0, root_segment(body.topology)]
+    _draw(axes, shape, root, view, at, colour, alpha, outline)
 
 
 def _draw(

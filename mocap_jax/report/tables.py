@@ -192,7 +192,7 @@ def calibration_tables(
                 for key in solution.calibration
                 if key.split("/", 1)[0] == kind
             ]
-            heads = ("Sensor", "estimate", "standard deviation", "truth")
+            heads: tuple[str, ...] = ("Sensor", "estimate", "standard deviation", "truth")
             known = any(r.cells[2] != "\u2013" for r in rows)
             if not known:
                 heads = heads[:3]

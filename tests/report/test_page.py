@@ -90,9 +90,20 @@ def written(path, solutions, reference=None):
     return text, Page(text)
 
 
-def test_sections_and_numbers(tmp_path, truth, estimates):
-    reference = dataclasses.replace(recording(truth), salvage=("The last 2 s were cut off.",))
-    text, page = written(tmp_path / "report.html", estimates, reference)
+@pytest.fixture(scope="module")
+def reference(truth):
+    return dataclasses.replace(recording(truth), salvage=("The last 2 s were cut off.",))
+
+
+@pytest.fixture(scope="module")
+def full(tmp_path_factory, estimates, reference):
+    """A page with all sections: its path, text and structure."""
+    path = tmp_path_factory.mktemp("page") / "report.html"
+    return path, *written(path, estimates, reference)
+
+
+def test_sections_and_numbers(full, estimates, reference):
+    _, text, page = full
     for heading in (
         "a person", "Kalman filter", "Optimiser", "Errors against the truth", "Motion",
         "Joint angles", "Errors by joint", "Is the stated uncertainty honest?", "Residuals",
@@ -110,14 +121,14 @@ def test_sections_and_numbers(tmp_path, truth, estimates):
     assert len(page.addresses) == 7
 
 
-def test_self_contained(tmp_path, truth, estimates):
-    text, page = written(tmp_path / "report.html", estimates, recording(truth))
+def test_self_contained(full):
+    path, text, page = full
     assert page.addresses and all(
         a.startswith("data:image/svg+xml;base64,") for a in page.addresses
     )
     assert "script" not in page.tags and "link" not in page.tags
     assert not re.search(r"https?://|@import|url\(", text)
-    assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
+    assert [p.name for p in path.parent.iterdir()] == ["report.html"]
 
 
 def test_without_truth_covariance_ranges(tmp_path, body, truth):

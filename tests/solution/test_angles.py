@@ -7,8 +7,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mocap_jax.solution.angles import joint_angles
-from mocap_jax.solution.cardan import cardan_zxy, continuous, nearest_solution, other_solution
+from mocap_jax.solution.angles import joint_angles, root_relative_angles
+from mocap_jax.solution.cardan import (
+    cardan_zxy,
+    continuous,
+    locked,
+    nearest_solution,
+    other_solution,
+)
+from mocap_jax.solution.poses import segment_poses
 from mocap_jax.trajectory import Trajectory
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "metrics"))
@@ -77,6 +84,24 @@ def test_named_directions(joint, world_axis, expected):
     for name, value in got.items():
         assert value == pytest.approx(expected.get(name, 0.0), abs=1e-9), name
     assert expected.keys() <= got.keys()
+
+
+def test_root_relative_angles_follow_another_motion():
+    """Beyond a quarter turn of abduction the triple nearest to the other motion is taken."""
+    body = person()
+    joint = body.topology.joint_index("right_shoulder")
+    at = body.topology.joint_qpos[joint]
+    down = np.linspace(0.0, -0.8, 20)  # from the T-pose upwards: abduction 90 degrees and more
+    q = np.repeat(np.asarray(body.qpos0)[None], 20, 0)
+    q[:, at : at + 4] = Rotation.from_rotvec(down[:, None] * [1.0, 0.0, 0.0]).as_quat(
+        scalar_first=True
+    )
+    R, _ = segment_poses(body, q)
+    true = np.stack([0 * down, np.pi / 2 - down, 0 * down], axis=1)
+    names, angles = root_relative_angles(body, R, "RightUpperArm", true)
+    assert names == ("flexion", "abduction", "internal_rotation")
+    np.testing.assert_allclose(angles[1:], true[1:], atol=1e-6)
+    assert locked(true * [1, -1, 1], np.deg2rad(5)).sum() == 3
 
 
 def test_unknown_names_use_the_world_axes():
