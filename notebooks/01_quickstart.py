@@ -56,13 +56,12 @@ axes[1].legend(["x", "y", "z"], ncols=3)
 plt.show()
 
 # %% [markdown]
-# ## The filter, forward and smoothed
+# ## The filter
 #
-# The body and the places of the sensors come with the recording; `mj.load_body` reads another.
+# `options=mj.EkfOptions(smooth=True)` runs the backward smoother as well. The body and the places of the sensors come with the recording; `mj.load_body` reads another.
 
 # %%
 filtered = mj.ekf(recording)
-smoothed = mj.ekf(recording, options=mj.EkfOptions(smooth=True))
 print(filtered.status.value)
 
 # %% [markdown]
@@ -72,7 +71,7 @@ print(filtered.status.value)
 # with a sentence, not an exception.
 
 # %%
-solution = mj.optimise(recording, initial=smoothed)
+solution = mj.optimise(recording, initial=filtered)
 print(solution.status.value, *solution.remarks, sep="\n")
 
 # %%
@@ -85,7 +84,7 @@ plt.show()
 # ## Errors against the truth
 
 # %%
-estimates = {"filter": filtered, "smoothed filter": smoothed, "whole sequence": solution}
+estimates = {"filter": filtered, "whole sequence": solution}
 tables = {name: mj.evaluate(estimate, recording) for name, estimate in estimates.items()}
 for name, table in tables.items():
     mean = table["orientation_error_mean_deg"]["mean_observed"]

@@ -9,6 +9,7 @@ import sys
 import traceback
 import warnings
 from collections.abc import Sequence
+from typing import Any, cast
 
 from mocap_jax import __version__
 from mocap_jax.cli import (
@@ -101,7 +102,7 @@ def prepare_process() -> None:
     enable_compilation_cache()
     # Small-matrix LAPACK on several threads was up to 30 times slower than on one.
     threadpool_limits(limits=1, user_api="blas")
-    warnings.showwarning = _show_warning
+    warnings.showwarning = cast(Any, _show_warning)
 
 
 def describe(error: Exception) -> str:
@@ -119,7 +120,7 @@ def describe(error: Exception) -> str:
     )
 
 
-def _show_warning(message, category, filename, lineno, file=None, line=None) -> None:
-    del filename, lineno, file, line
+def _show_warning(message: Warning | str, category: type[Warning], *where: Any) -> None:
+    del where
     if issubclass(category, UserWarning | RuntimeWarning):
         print(f"mocap-jax: warning: {' '.join(str(message).split())}", file=sys.stderr)

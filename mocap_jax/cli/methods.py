@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from mocap_jax.cli.exit_codes import UsageError
 
 if TYPE_CHECKING:
     from mocap_jax.body import Body
@@ -11,6 +16,8 @@ if TYPE_CHECKING:
     from mocap_jax.solution import Solution
 
 METHODS = ("optimise", "ekf", "orientation")
+Root = Literal["auto", "given", "free"]
+Process = Literal["white_jerk", "paper"]
 
 
 @dataclass(frozen=True)
@@ -21,7 +28,7 @@ class Preset:
     method: str = "optimise"
     kinds: str = "AGDO"
     """Measurements used."""
-    process: str = "white_jerk"
+    process: Process = "white_jerk"
     """Process noise of the filter."""
 
 
@@ -40,8 +47,8 @@ def solve(
     *,
     method: str = "optimise",
     kinds: str = "AGDO",
-    root: str = "auto",
-    process: str = "white_jerk",
+    root: Root = "auto",
+    process: Process = "white_jerk",
     smooth: bool = False,
     progress: bool = False,
 ) -> Solution:
@@ -50,7 +57,8 @@ def solve(
     Args:
         recording: the measurements.
         body: with the sensors' sites; default the recording's own.
-        method: one of `METHODS`; "optimise" starts from the smoothed filter.
+        method: one of `METHODS`; "optimise" starts from the smoothed filter, "orientation" does
+            the same from measured orientations alone.
         kinds: letters of "AGDO".
         root: "given", "free" or "auto".
         process: process noise of the filter, "white_jerk" or "paper".
@@ -59,6 +67,9 @@ def solve(
     """
     from mocap_jax.estimate import EkfOptions, ekf
 
+    if method == "orientation":
+        _require_orientations(recording)
+        kinds = "O"
     filtering = EkfOptions(kinds=kinds, root=root, process=process, smooth=smooth)
     if method == "ekf":
         return ekf(recording, body, options=filtering, progress=progress)
@@ -66,10 +77,16 @@ def solve(
 
     smoothing = EkfOptions(kinds=kinds, root=root, process=process, smooth=True)
     initial = ekf(recording, body, options=smoothing, progress=progress)
-    return optimise(
-        recording,
-        body,
-        initial=initial,
-        options=OptimiseOptions(kinds=kinds, root=root),
-        progress=progress,
+    whole = OptimiseOptions(kinds=kinds, root=root)
+    solution = optimise(recording, body, initial=initial, options=whole, progress=progress)
+    return dataclasses.replace(solution, method=method)
+
+
+def _require_orientations(recording: Recording) -> None:
+    measured = any(
+        np.isfinite(np.asarray(board.orientation)).any() for board in recording.inertial.values()
     )
+    if not measured:
+        raise UsageError(
+            "--method orientation: the recording has no measured orientations; valid: optimise, ekf"
+        )

@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--method",
         metavar="NAME",
         help="optimise (default: smoothed filter, then the whole sequence at once), ekf, or "
-        "orientation",
+        "orientation (the whole sequence from measured orientations alone)",
     )
     parser.add_argument(
         "--smooth", action="store_true", help="with --method ekf: smooth the filter's estimate"
@@ -108,6 +108,10 @@ def _check_choices(arguments: argparse.Namespace) -> None:
     if arguments.preset is not None and arguments.preset not in PRESETS:
         raise UsageError(str(unknown_name("preset", arguments.preset, PRESETS)))
     method = arguments.method or PRESETS[arguments.preset or "default"].method
+    if method == "orientation" and arguments.sensors not in (None, "O"):
+        raise UsageError(
+            "--method orientation uses measured orientations alone; valid: --sensors O"
+        )
     if arguments.smooth and method != "ekf":
         raise UsageError(f"--smooth belongs to --method ekf, not to {method}")
 

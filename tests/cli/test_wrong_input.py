@@ -85,6 +85,12 @@ def test_file_option_for_a_builtin_motion(refused, tmp_path):
     refused(arguments, USAGE, "--fps", "walking")
 
 
+def test_orientations_that_were_not_measured(refused, recording_file):
+    arguments = ["reconstruct", recording_file, "--method", "orientation"]
+    refused(arguments, USAGE, "no measured orientations", "ekf")
+    refused([*arguments, "--sensors", "A,O"], USAGE, "--sensors")
+
+
 # Files
 
 
