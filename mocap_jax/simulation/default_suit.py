@@ -139,11 +139,10 @@ def _on_trunk(anatomy: Anatomy, place: _TrunkPlace, height: float) -> Mounting:
 
 def _trunk_axis(anatomy: Anatomy) -> tuple[np.ndarray, np.ndarray]:
     """Middle of the hips and base of the neck (or the highest that exists)."""
-    names = anatomy.segments
-    hips = [n for n in ("LeftUpperLeg", "RightUpperLeg") if n in names] or ["Pelvis"]
-    hips = [n for n in hips if n in names] or [next(s for s in reversed(_CHEST) if s in names)]
-    arms = [n for n in ("LeftUpperArm", "RightUpperArm") if n in names]
-    top = ["Neck"] if "Neck" in names else arms or ["Head"] if "Head" in names else list(_CHEST[:1])
+    present = lambda *names: [n for n in names if n in anatomy.segments]  # noqa: E731
+    lowest, highest = present(*reversed(_TRUNK_SEGMENTS))[:1], present(*_TRUNK_SEGMENTS)[:1]
+    hips = present("LeftUpperLeg", "RightUpperLeg") or lowest
+    top = present("Neck") or present("LeftUpperArm", "RightUpperArm") or present("Head") or highest
     return (
         np.mean([anatomy.position(n) for n in hips], axis=0),
         np.mean([anatomy.position(n) for n in top], axis=0),
@@ -261,6 +260,6 @@ def _mounting(
     orientation = Rotation.from_matrix(R_segment_world @ R_world_device).as_quat(scalar_first=True)
     position = R_segment_world @ (point - anatomy.data.xpos[body])
     own_name = mujoco.mj_id2name(anatomy.model, mujoco.mjtObj.mjOBJ_BODY, body)
-    return Mounting(
-        name, own_name, tuple(map(float, position)), tuple(map(float, orientation))
-    )
+    px, py, pz = map(float, position)
+    w, x_, y_, z_ = map(float, orientation)
+    return Mounting(name, own_name, (px, py, pz), (w, x_, y_, z_))

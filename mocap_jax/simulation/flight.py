@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.interpolate import make_interp_spline
+from scipy.interpolate import BSpline, make_interp_spline
 
 from mocap_jax.simulation.rig import Rig, place
 from mocap_jax.simulation.spline import PoseSpline
@@ -71,7 +71,7 @@ def fly(
     return Flights(time, source, distance, cosine, occluded)
 
 
-def _microphone_paths(rig: Rig, spline: PoseSpline) -> object:
+def _microphone_paths(rig: Rig, spline: PoseSpline) -> BSpline:
     """Spline of the positions of all microphones, shape (t, r, 3)."""
     count = int(np.ceil((spline.end - spline.start) * _PATH_RATE)) + 1
     time = np.linspace(spline.start, spline.end, max(count, 8))
@@ -82,12 +82,11 @@ def _microphone_paths(rig: Rig, spline: PoseSpline) -> object:
     return make_interp_spline(time, positions, k=5)
 
 
-def _at_arrival(path: object, time: Float[np.ndarray, "n r"]) -> Float[np.ndarray, "n r 3"]:
+def _at_arrival(path: BSpline, time: Float[np.ndarray, "n r"]) -> Float[np.ndarray, "n r 3"]:
     """Position of each microphone at its own times."""
     out = np.empty((*time.shape, 3))
     for r in range(time.shape[1]):
-        own = type(path)(path.t, path.c[:, r], path.k)  # type: ignore[attr-defined, call-arg]
-        out[:, r] = own(time[:, r])
+        out[:, r] = BSpline(path.t, path.c[:, r], path.k)(time[:, r])
     return out
 
 

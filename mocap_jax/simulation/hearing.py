@@ -41,7 +41,7 @@ class HearingFigures:
     """Extra way of a reflection: smallest and mean of the rest [m] (floor, walls, own limbs)."""
     strength_threshold: float = 0.08
     """Normalised power above which w_s is 1 (that of the beam's edge is 0.125)."""
-    strength_scale: float = 0.1
+    strength_scale: float = 0.03
     """Width of the fall of w_s below the threshold, as a share of it."""
     closing_speed: float = 3.0
     """Change of distance that w_t takes for continuous [m/s]; fast arms reach it."""
@@ -131,7 +131,7 @@ def _earliest(
     """Index of the earliest peak above the gate, and whether there is one."""
     heard = (amplitudes > gate) & (paths <= max_range)
     chosen = np.where(heard, paths, np.inf).argmin(axis=0)
-    return chosen, heard.any(axis=0)
+    return chosen, np.asarray(heard.any(axis=0))
 
 
 def signal_confidence(

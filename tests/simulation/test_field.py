@@ -119,8 +119,6 @@ def test_multipath_makes_long_ranges_of_full_confidence(field, motion, suit):
 
 def test_unknown_profile_and_seed_are_refused(motion, suit):
     with pytest.raises(InputError, match="ideal, paper, field"):
-        simulate(motion, profile="papper", suit=suit) if False else simulate(
-            motion, profile="xyz", suit=suit
-        )
+        simulate(motion, profile="xyz", suit=suit)
     with pytest.raises(InputError, match="seed"):
         simulate(motion, suit=suit, seed=-1)

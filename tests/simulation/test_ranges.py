@@ -45,10 +45,11 @@ def test_ideal_ranges_are_emission_to_arrival(motion, ideal):
         source = ranges.source_names[ranges.source[i]]
         receiver = ranges.receiver_names[ranges.receiver[i]]
         origin = _position(model, data, spline, t, source)
-        late = lambda tau, t=t, origin=origin, receiver=receiver: (
-            np.linalg.norm(_position(model, data, spline, t + tau, receiver) - origin)
-            - 343.0 * tau
-        )
+
+        def late(tau, t=t, origin=origin, receiver=receiver):
+            arrival = _position(model, data, spline, t + tau, receiver)
+            return np.linalg.norm(arrival - origin) - 343.0 * tau
+
         flight = brentq(late, 0.0, 0.01, xtol=1e-14)
         assert ranges.distance[i] == pytest.approx(343.0 * flight, abs=1e-7)
 

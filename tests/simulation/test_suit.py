@@ -85,7 +85,8 @@ def test_missing_segments_are_named(suit):
     arm_only = load_body(
         """<mujoco><worldbody><body name="T8" pos="0 0 1"><freejoint name="root"/>
         <geom size=".1"/><body name="LeftUpperArm" pos="0 .2 0"><joint type="ball"/>
-        <geom type="capsule" size=".04" fromto="0 0 0 0 0.3 0"/></body></body></worldbody></mujoco>"""
+        <geom type="capsule" size=".04" fromto="0 0 0 0 0.3 0"/>
+        </body></body></worldbody></mujoco>"""
     )
     found = default_suit(arm_only)
     assert {"pelvis", "abdomen", "chest", "left_upper_arm"} == {b.name for b in found.boards}
