@@ -87,7 +87,8 @@ def test_wrong_sizes_are_refused() -> None:
 
 @pytest.mark.parametrize(
     ("name", "expected"),
-    [("lfemur", "LeftUpperLeg"), ("root", "Pelvis"), ("thorax", "T8"), ("rclavicle", "RightShoulder"),
+    [("lfemur", "LeftUpperLeg"), ("root", "Pelvis"), ("thorax", "T8"),
+     ("rclavicle", "RightShoulder"),
      ("LeftUpLeg", "LeftUpperLeg"), ("LeftArm", "LeftUpperArm"), ("lShldr", "LeftUpperArm"),
      ("RightToeBase", "RightToe"), ("mixamorig:Hips", "Pelvis"), ("lwrist", "lwrist"),
      ("upperneck", "upperneck"), ("rButtock", "rButtock"), ("LHipJoint", "LHipJoint")],
