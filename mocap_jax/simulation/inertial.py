@@ -123,6 +123,6 @@ def _kept(count: int, profile: Profile, rng: np.random.Generator) -> np.ndarray:
         for start, length in zip(
             starts, rng.geometric(1.0 / profile.loss_burst, len(starts)), strict=True
         ):
-            # The first second holds the start of the rest pose and of every clock: never lost.
+            # The first two samples fix the start and rate of a stream's clock: never lost.
             kept[max(start, 2) : start + length] = False
     return kept

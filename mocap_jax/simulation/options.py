@@ -15,7 +15,8 @@ class SimulationOptions:
     """Low-pass of the motion [Hz]; 20 is a stress test."""
     fastest_joint: float = 40.0
     """Joints that turn faster between two frames of the clip [rad/s] are taken for tracking errors
-    and bridged; a pitcher's elbow reaches about 40 (Fleisig et al. 1999, J. Biomech. 32)."""
+    and bridged. A pitcher's elbow reaches about 40 (Fleisig et al. 1999, J. Biomech. 32); raise it
+    for throws, where the shoulder turns faster."""
     rest_s: float = 2.0
     """Still hold of the declared pose at the start [s] (Vlasic 2007, section 5.4)."""
     blend_s: float = 1.5

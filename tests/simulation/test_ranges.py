@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import inspect
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import brentq
 
 from mocap_jax.body import load_body
-from mocap_jax.simulation import SimulationOptions, hearing, simulate
+from mocap_jax.simulation import SimulationOptions, simulate
 from mocap_jax.simulation.flight import Flights
 from mocap_jax.simulation.hearing import (
     HearingFigures,
@@ -118,15 +118,16 @@ def test_hidden_pairs_end_with_low_confidence():
         assert hidden.confidence.mean() < 0.1
 
 
-def test_confidence_is_a_function_of_the_signal_only():
-    """Same amplitudes and distances give the same confidence whatever is true."""
-    for function in (signal_confidence, continuity_confidence):
-        names = set(inspect.signature(function).parameters)
-        assert names <= {"amplitude", "path", "strength", "time", "source", "figures"}
-    text = inspect.getsource(hearing.hear)
-    # The confidences are computed from the detected peak alone.
-    assert "signal_confidence(amplitude, path, figures)" in text
-    assert "continuity_confidence(flights.time, flights.source, path, strength" in text
+def test_confidence_knows_neither_occlusion_nor_angle():
+    """Where the sound that arrives is the same, what is true changes nothing."""
+    clear = replace(FIGURES, leak=(1.0, 1.0), detour=0.0, beam=0.0)
+    reports = [
+        hear(_flights(1.2, cosine, hidden), clear, np.random.default_rng(5), max_range=2.75)
+        for cosine, hidden in ((0.9, False), (0.1, False), (0.9, True))
+    ]
+    for other in reports[1:]:
+        np.testing.assert_array_equal(reports[0].confidence, other.confidence)
+        np.testing.assert_array_equal(reports[0].path, other.path)
 
 
 def test_signal_confidence_is_bounded_and_monotone():
@@ -152,7 +153,5 @@ def test_continuity_falls_with_jumps_and_forgets():
 
 
 def test_suit_without_sources_has_no_ranges(motion, suit):
-    from dataclasses import replace
-
     recording = simulate(motion, profile="ideal", suit=replace(suit, sources=()))
     assert recording.ranges is None
