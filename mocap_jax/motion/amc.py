@@ -46,7 +46,7 @@ def load_amc(
     root = _root_pose(asf, tracks["root"], metres)
     q = assemble_poses(body.topology, {"root": root} | joints)
     rate = AMC_RATE if fps is None else fps
-    facts = {
+    facts: dict[str, str | float | int | bool] = {
         "file": path.name, "skeleton": asf.path.name, "frame_rate_hz": rate,
         "frame_rate_from": "AMC default (the file carries none)" if fps is None else "argument",
         "metres_per_unit": metres, "skipped_frames": skip or 0,

@@ -113,7 +113,7 @@ def load_bvh(
     }
     q = assemble_poses(body.topology, tracks)
     rate = 1 / bvh.period if fps is None else fps
-    facts = {
+    facts: dict[str, str | float | int | bool] = {
         "file": path.name, "frame_rate_hz": rate,
         "frame_rate_from": "file header" if fps is None else "argument",
         "metres_per_unit": metres,
@@ -193,7 +193,7 @@ def _end(
     if end_site is not None:
         return end_site * metres
     children = [offsets[i] for i, joint in enumerate(bvh.joints) if joint.parent == index]
-    middle = [c for c in children if abs(c[0]) < 0.2 * max(np.linalg.norm(c), 1e-9)]
+    middle = [c for c in children if abs(c[0]) < 0.2 * float(np.linalg.norm(c)) + 1e-9]
     chosen = middle[:1] if len(children) > 1 and middle else children
     return np.mean(chosen, axis=0) if chosen else np.zeros(3)
 

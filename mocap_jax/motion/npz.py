@@ -35,7 +35,9 @@ def load_npz(path: Path, *, fps: float | None = None, skip: int | None = None) -
     elif (np.diff(time) <= 0).any():
         raise InputError(f"{path}: time must increase")
     rate = float(1 / np.diff(time).mean()) if len(time) > 1 else 0.0
-    facts = {"file": path.name, "skipped_frames": skip or 0, "frame_rate_hz": rate}
+    facts: dict[str, str | float | int | bool] = {
+        "file": path.name, "skipped_frames": skip or 0, "frame_rate_hz": rate,
+    }  # fmt: skip
     trajectory = Trajectory(jnp.asarray(time - time[0]), jnp.asarray(q))
     return Motion(path.stem, body, trajectory, facts)
 

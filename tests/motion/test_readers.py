@@ -230,7 +230,7 @@ AMC = "#comment\n:FULLY-SPECIFIED\n:DEGREES\n1\n%s"
 
 
 @pytest.fixture
-def broken_amc(shared_data: Path, tmp_path: Path):  # noqa: ANN201
+def broken_amc(shared_data: Path, tmp_path: Path):
     """Writes a one-frame clip with one line changed; returns the path."""
     text = (shared_data / "cmu_mocap" / "02_01.amc").read_text()
     frame = re.split(r"\n\d+\n", text)[1]
@@ -257,7 +257,7 @@ def broken_amc(shared_data: Path, tmp_path: Path):  # noqa: ANN201
         (r"rtibia (.*)\n", r"rtibia \1\nrtibia \1\n", "twice in frame 1"),
     ],
 )  # fmt: skip
-def test_amc_faults_are_named(broken_amc, old: str, new: str, message: str) -> None:  # noqa: ANN001
+def test_amc_faults_are_named(broken_amc, old: str, new: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         load_motion(broken_amc(old, new))
 
