@@ -22,9 +22,9 @@ mounting rotation: 3 deg an axis; declared rest pose: 3 deg an axis and joint
 mounting position: 10 mm along the skin, 3 mm in depth
     Finding a place by palpation, Della Croce et al. 2005 (Gait & Posture 21, 226-237): 6-25 mm.
 soft tissue: 8 Hz resonance, damping 0.3; sliding of 3 mm per rad of the segment's joint
-    Wakeling and Nigg 2001 (J. Appl. Physiol. 90, 412-420): damped tissue resonances from about
-    10 Hz; Leardini et al. 2005 (Gait & Posture 21, 212-225): skin slides by millimetres to
-    centimetres, most near joints.
+    Wakeling and Nigg 2001 (J. Appl. Physiol. 90, 412-420): damped vibration of leg tissue at the
+    frequencies of running impacts; 8 Hz is our choice for a board on cloth over it. Leardini et
+    al. 2005 (Gait & Posture 21, 212-225): skin slides by millimetres to centimetres.
 segment length: 3 %
     Regression from stature, Drillis and Contini 1966, in Winter 2009, chapter 4.
 speed of sound: 0.7 %
