@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib import rc_context
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -90,11 +91,11 @@ def range_figure(solutions: dict[str, Solution]) -> Figure | None:
             for (source, receiver), value in pairs.items():
                 if source in sources and receiver in receivers and value.get("count", 1):
                     rms[receivers.index(receiver), sources.index(source)] = value["rms"]
-            image = panel.imshow(rms, cmap="YlGnBu", vmin=0.0, vmax=2.0, aspect="auto")
+            image = panel.imshow(rms, cmap="YlGnBu", norm=LogNorm(0.3, 30.0), aspect="auto")
             for row, column in zip(*np.nonzero(np.isfinite(rms)), strict=True):
                 value = rms[row, column]
                 panel.text(column, row, f"{value:.1f}", ha="center", va="center", size=7,
-                           color="white" if value > 1.3 else INK)  # fmt: skip
+                           color="white" if value > 4.0 else INK)  # fmt: skip
             panel.set_xticks(range(len(sources)), [_plain(s) for s in sources], rotation=35,
                              ha="right")  # fmt: skip
             panel.set_yticks(range(len(receivers)), [_plain(r) for r in receivers])
