@@ -9,6 +9,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 from mocap_jax.body import Body, load_body
@@ -54,12 +55,13 @@ def ekf(
     """
     clock = CompileClock()
     begin = time.perf_counter()
-    with clock:
+    # LAPACK of this size on more than one thread is many times slower on a busy machine.
+    with clock, threadpool_limits(1, user_api="blas"):
         body = _body(recording, body)
         use_root = _use_root(recording, options)
         rest = rest_pose(recording, body, options=options.rest, use_root=use_root)
-        run = _prepare(recording, body, options, rest, use_root)
-        estimates, statistics, remarks = _run(run, options, progress)
+        run = prepare(recording, body, options, rest, use_root)
+        estimates, statistics, remarks = run_filter(run, options, progress)
     q = np.concatenate([e.q for e in estimates])[: len(run.time)].astype(float)
     v = np.concatenate([e.v for e in estimates])[: len(run.time)].astype(float)
     covariance = None
@@ -108,7 +110,7 @@ class _Run(NamedTuple):
     statistics: InnovationStatistics
 
 
-def _prepare(
+def prepare(
     recording: Recording, body: Body, options: EkfOptions, rest: RestEstimate, use_root: bool
 ) -> _Run:
     data = gather(recording, body, kinds=options.kinds, root=use_root)
@@ -210,7 +212,7 @@ def _start(body: Body, options: EkfOptions, rest: RestEstimate, seen: np.ndarray
     return State(jnp.asarray(rest.q), jnp.zeros(nv), jnp.zeros(nv), jnp.asarray(P))
 
 
-def _run(
+def run_filter(
     run: _Run, options: EkfOptions, progress: bool
 ) -> tuple[list[Estimates], dict[str, dict[str, float]], tuple[str, ...]]:
     state, checkpoints, estimates, skipped = run.start, [], [], 0

@@ -22,13 +22,13 @@ class EkfOptions:
     """Use the measured root pose (`auto`: when the recording has one)."""
     process: Literal["white_jerk", "paper", "euler"] = "white_jerk"
     """Dynamics; `paper` puts noise on the acceleration only, `euler` steps as eq. 1 is printed."""
-    joint_jerk_density: float = 3e4
+    joint_jerk_density: float = 3e3
     """Of joint angles [rad^2/s^5]."""
     slide_jerk_density: float = 3e2
     """Of sliding joints [m^2/s^5]."""
-    root_rotation_jerk_density: float = 3e4
+    root_rotation_jerk_density: float = 3e3
     """Of the root's rotation [rad^2/s^5]."""
-    root_translation_jerk_density: float = 3e3
+    root_translation_jerk_density: float = 1e3
     """Of the root's translation, in world coordinates [m^2/s^5]."""
     joint_sigma: float = 0.35
     """Standard deviation of joint angles about the rest pose over long times [rad]: joints follow

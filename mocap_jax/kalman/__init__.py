@@ -1,12 +1,19 @@
 """Kalman filtering and smoothing of second-order motion on a manifold; knows no bodies."""
 
 from mocap_jax.kalman.manifold import Manifold, vector_space
-from mocap_jax.kalman.predict import Process, predict, process_noise, transition
+from mocap_jax.kalman.predict import (
+    Dynamics,
+    Process,
+    butterworth_rate,
+    predict,
+    process_noise,
+    transition,
+)
 from mocap_jax.kalman.smooth import smooth_step
 from mocap_jax.kalman.state import State
 from mocap_jax.kalman.update import Innovation, apply, correct, update
 
 __all__ = [
-    "Innovation", "Manifold", "Process", "State", "apply", "correct", "predict", "process_noise",
-    "smooth_step", "transition", "update", "vector_space",
+    "Dynamics", "Innovation", "Manifold", "Process", "State", "apply", "butterworth_rate", "correct",
+    "predict", "process_noise", "smooth_step", "transition", "update", "vector_space",
 ]  # fmt: skip

@@ -6,7 +6,7 @@ With u the step taken in the tangent space, an error of the pose before the step
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import jax.numpy as jnp
 from jax import Array
@@ -19,6 +19,29 @@ Process = Literal["white_jerk", "paper", "euler"]
 """`white_jerk`: acceleration is a random walk in continuous time, integrated exactly.
 `paper`: noise enters the acceleration once a frame, the step is integrated exactly.
 `euler`: the form printed in the paper, each quantity stepped by the next one alone."""
+
+
+class Dynamics(NamedTuple):
+    """How the state moves from frame to frame, in numbers."""
+
+    step: Float[Array, ""]
+    """Time step h [s]."""
+    noise: Float[Array, "3 3 nv"]
+    """Diagonals of the nine blocks of Q (`process_noise`)."""
+    pull: Float[Array, "nv"] | None = None
+    """Corner rate w of a Butterworth process per degree of freedom [rad/s]: the mean jerk is
+    -2 w a - 2 w^2 v - w^3 (q - centre), which gives every quantity a finite variance. 0 leaves
+    it free."""
+    centre: Float[Array, "nq"] | None = None
+    """Pose that the pull leads to."""
+
+
+def butterworth_rate(density: Array, sigma: Array) -> Array:
+    """Corner rate [rad/s] at which a process of this jerk density has the given deviation.
+
+    The third-order Butterworth process has the variance density / (3 w^5).
+    """
+    return (density / (3 * sigma**2)) ** 0.2
 
 
 def process_noise(
@@ -51,34 +74,42 @@ def _step(process: Process, state: State, h: Array) -> tuple[Array, Array]:
 
 
 def transition(
-    manifold: Manifold, process: Process, state: State, h: Array, X: Float[Array, "3*nv k"]
+    manifold: Manifold,
+    process: Process,
+    dynamics: Dynamics,
+    state: State,
+    X: Float[Array, "3*nv k"],
 ) -> Float[Array, "3*nv k"]:
     """`F @ X`, with F the derivative of the dynamics at the state, applied block by block."""
-    nv = state.v.shape[0]
+    nv, h = state.v.shape[0], dynamics.step
     u, curvature = _step(process, state, h)
     dq, dv, da = X[:nv], X[nv : 2 * nv], X[2 * nv :]
     moved = manifold.shift(u, dq) + manifold.jacobian(u, h * dv + curvature * da)
-    return jnp.concatenate([moved, dv + h * da, da])
+    da_new = da
+    if dynamics.pull is not None:
+        w = dynamics.pull[:, None]
+        away = manifold.jacobian_inverse(_away(manifold, dynamics, state), dq)
+        da_new = da - h * (2 * w * da + 2 * w**2 * dv + w**3 * away)
+    return jnp.concatenate([moved, dv + h * da, da_new])
 
 
-def predict(
-    manifold: Manifold, process: Process, state: State, h: Array, noise: Float[Array, "3 3 nv"]
-) -> State:
-    """Advance the belief by one step.
+def _away(manifold: Manifold, dynamics: Dynamics, state: State) -> Array:
+    """From the centre to the pose, where there is a pull."""
+    away = manifold.difference(dynamics.centre, state.q)
+    return jnp.where(dynamics.pull > 0, away, 0.0)
 
-    Args:
-        manifold: of the poses.
-        process: the dynamics.
-        state: the belief before the step.
-        h: time step [s].
-        noise: diagonals of the blocks of Q (`process_noise`).
-    """
-    nv = state.v.shape[0]
+
+def predict(manifold: Manifold, process: Process, dynamics: Dynamics, state: State) -> State:
+    """Advance the belief by one step."""
+    nv, h = state.v.shape[0], dynamics.step
     u, _ = _step(process, state, h)
-    half = transition(manifold, process, state, h, state.covariance)
-    P = transition(manifold, process, state, h, half.T).reshape(3, nv, 3, nv)
+    half = transition(manifold, process, dynamics, state, state.covariance)
+    P = transition(manifold, process, dynamics, state, half.T).reshape(3, nv, 3, nv)
     here = jnp.arange(nv)
-    P = P.at[:, here, :, here].add(jnp.moveaxis(noise, -1, 0)).reshape(3 * nv, 3 * nv)
-    return State(
-        manifold.retract(state.q, u), state.v + h * state.a, state.a, 0.5 * (P + P.T)
-    )
+    P = P.at[:, here, :, here].add(jnp.moveaxis(dynamics.noise, -1, 0)).reshape(3 * nv, 3 * nv)
+    a = state.a
+    if dynamics.pull is not None:
+        w = dynamics.pull
+        away = _away(manifold, dynamics, state)
+        a = a - h * (2 * w * a + 2 * w**2 * state.v + w**3 * away)
+    return State(manifold.retract(state.q, u), state.v + h * state.a, a, 0.5 * (P + P.T))

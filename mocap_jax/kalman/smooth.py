@@ -8,7 +8,7 @@ from jax import Array
 from jaxtyping import Float
 
 from mocap_jax.kalman.manifold import Manifold
-from mocap_jax.kalman.predict import Process, predict, transition
+from mocap_jax.kalman.predict import Dynamics, Process, predict, transition
 from mocap_jax.kalman.state import State
 from mocap_jax.kalman.update import apply
 
@@ -16,15 +16,14 @@ from mocap_jax.kalman.update import apply
 def smooth_step(
     manifold: Manifold,
     process: Process,
+    dynamics: Dynamics,
     filtered: State,
     smoothed_next: State,
-    h: Array,
-    noise: Float[Array, "3 3 nv"],
 ) -> State:
     """Belief at one frame given all data, from the filtered one and the next smoothed one."""
     nv = filtered.v.shape[0]
-    predicted = predict(manifold, process, filtered, h, noise)
-    gain = _gain(manifold, process, filtered, predicted.covariance, h)
+    predicted = predict(manifold, process, dynamics, filtered)
+    gain = _gain(manifold, process, dynamics, filtered, predicted.covariance)
     dq = manifold.difference(predicted.q, smoothed_next.q)
     error = jnp.concatenate([dq, smoothed_next.v - predicted.v, smoothed_next.a - predicted.a])
     # The next covariance lies in the tangent space at the smoothed pose: bring it to the
@@ -37,14 +36,18 @@ def smooth_step(
 
 
 def _gain(
-    manifold: Manifold, process: Process, filtered: State, P_predicted: Array, h: Array
+    manifold: Manifold,
+    process: Process,
+    dynamics: Dynamics,
+    filtered: State,
+    P_predicted: Float[Array, "n n"],
 ) -> Array:
     """P F' P_predicted^-1, by a Cholesky factor of the predicted correlations.
 
     Position and acceleration variances differ by many powers of the step; the correlations are
     far better conditioned than the covariance.
     """
-    FP = transition(manifold, process, filtered, h, filtered.covariance)
+    FP = transition(manifold, process, dynamics, filtered, filtered.covariance)
     scale = 1.0 / jnp.sqrt(jnp.diagonal(P_predicted))
     L = jnp.linalg.cholesky(P_predicted * scale[:, None] * scale, symmetrize_input=False)
     half = jax.lax.linalg.triangular_solve(L, FP * scale[:, None], left_side=True, lower=True)
