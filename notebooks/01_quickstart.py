@@ -58,7 +58,8 @@ plt.show()
 # %% [markdown]
 # ## The filter
 #
-# `options=mj.EkfOptions(smooth=True)` runs the backward smoother as well. The body and the places of the sensors come with the recording; `mj.load_body` reads another.
+# The body and the places of the sensors come with the recording; `mj.load_body` reads another.
+# `options=mj.EkfOptions(smooth=True)` would run the backward smoother as well.
 
 # %%
 filtered = mj.ekf(recording)
