@@ -98,7 +98,7 @@ def _use_root(recording: Recording, options: EkfOptions) -> bool:
     return options.root != "free" and recording.root is not None
 
 
-class _Run(NamedTuple):
+class FilterRun(NamedTuple):
     """Everything the loops need."""
 
     body: Body
@@ -112,7 +112,8 @@ class _Run(NamedTuple):
 
 def prepare(
     recording: Recording, body: Body, options: EkfOptions, rest: RestEstimate, use_root: bool
-) -> _Run:
+) -> FilterRun:
+    """Bring a recording, a body and options to what the loops take."""
     data = gather(recording, body, kinds=options.kinds, root=use_root)
     chunks, kinds, range_sites = filter_data(data, rest, options)
     model = FilterModel(options.process, kinds, data.sites, range_sites, options.range_gate)
@@ -121,7 +122,7 @@ def prepare(
         jnp.asarray(x, dtype) if np.issubdtype(np.asarray(x).dtype, np.floating) else x
     )
     statistics = InnovationStatistics(data, body, range_sites)
-    return _Run(
+    return FilterRun(
         jax.tree.map(cast, rest.mounted(body)),
         model,
         jax.tree.map(cast, _parameters(recording, body, options, rest, float(data.step))),
@@ -159,11 +160,30 @@ def _dynamics(
     noise = process_noise(options.process, h, jnp.asarray(density))
     if options.process != "white_jerk" or options.joint_sigma <= 0:
         return Dynamics(h, noise)
-    rate = np.asarray(butterworth_rate(density, options.joint_sigma))
+    shared = _shared(body, rest.sites)
+    sigma = np.where(shared, options.shared_joint_sigma, options.joint_sigma)
+    rate = np.array(butterworth_rate(density, sigma))
     for j, kind in enumerate(body.topology.joint_types):
         if kind in (FREE, SLIDE):
             rate[body.topology.dof_joint == j] = 0.0
     return Dynamics(h, noise, jnp.asarray(rate), jnp.asarray(rest.q))
+
+
+def _shared(body: Body, sites: tuple[int, ...]) -> np.ndarray:
+    """Mask (nv,): joints between two boards that have more than three degrees of freedom together,
+    so that the boards see only their sum."""
+    topology = body.topology
+    carriers = {topology.site_body[s] for s in sites}
+    dof_body = np.asarray(topology.joint_body, int)[topology.dof_joint]
+    mask = np.zeros(body.nv, bool)
+    for carrier in carriers:
+        between, at = [carrier], topology.body_parent[carrier]
+        while at > 0 and at not in carriers:
+            between.append(at)
+            at = topology.body_parent[at]
+        dofs = np.isin(dof_body, between)
+        mask |= dofs & (dofs.sum() > 3) & (at > 0)
+    return mask
 
 
 def _seen(body: Body, rest: RestEstimate, recording: Recording) -> np.ndarray:
@@ -213,8 +233,9 @@ def _start(body: Body, options: EkfOptions, rest: RestEstimate, seen: np.ndarray
 
 
 def run_filter(
-    run: _Run, options: EkfOptions, progress: bool
+    run: FilterRun, options: EkfOptions, progress: bool
 ) -> tuple[list[Estimates], dict[str, dict[str, float]], tuple[str, ...]]:
+    """Filter (and smooth) all chunks: estimates, innovation statistics and remarks."""
     state, checkpoints, estimates, skipped = run.start, [], [], 0
     fixed = (run.body, run.model, run.parameters)
     passes = 2 if options.smooth else 1
@@ -235,7 +256,7 @@ def run_filter(
 
 
 def _smooth(
-    run: _Run, last: State, checkpoints: list[State], covariance: bool, bar: tqdm
+    run: FilterRun, last: State, checkpoints: list[State], covariance: bool, bar: tqdm
 ) -> list[Estimates]:
     """Backward pass over the chunks, last first."""
     estimates, following = [], jnp.asarray(False)

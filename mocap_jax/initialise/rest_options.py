@@ -33,7 +33,7 @@ class RestOptions:
     """Error of a mean accelerometer reading from the subject's own small movements [m/s^2]."""
     adapt: bool = True
     """Scale pose and mounting sigmas down to what the readings show: with a declared pose and
-    mounting that agree with them (simulations without such errors) nothing is changed for nought."""
+    mounting that agree with them nothing is changed for nought."""
     search: float = 1.0
     """Without a declared hold, look for a still window in this much of the start [s]."""
     window: float = 0.5

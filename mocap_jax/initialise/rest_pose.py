@@ -50,18 +50,19 @@ class RestEstimate:
     gyroscope_bias_std: Float[np.ndarray, "s 3"]
     mounting_std: Float[np.ndarray, "s 3"]
     sensors: tuple[str, ...]
+    sites: tuple[int, ...]
+    """Site of each sensor in the body."""
     still: Still
     remarks: tuple[str, ...] = ()
 
     def mounted(self, body: Body) -> Body:
         """The body with the corrected mounting of these sensors' sites."""
-        sites = np.array(self._sites, int)
+        sites = np.array(self.sites, int)
         turned = so3.quat_multiply(
-            so3.quat_normalise(body.site_quat[sites]), so3.quat_exp(jnp.asarray(self.mounting_rotation))
+            so3.quat_normalise(body.site_quat[sites]),
+            so3.quat_exp(jnp.asarray(self.mounting_rotation)),
         )
         return body.replace(site_quat=body.site_quat.at[sites].set(turned))
-
-    _sites: tuple[int, ...] = ()
 
 
 def rest_pose(
@@ -101,7 +102,7 @@ def rest_pose(
         sensors=sensors,
         still=still,
         remarks=_remarks(still),
-        _sites=sites,
+        sites=sites,
     )
 
 
@@ -236,7 +237,8 @@ class _Problem:
         """Rotation from the measured orientation to the predicted one, sensor frame."""
         quat = self.readings.orientation
         seen = np.isfinite(quat).all(axis=1)
-        measured = np.asarray(so3.quat_to_matrix(jnp.asarray(np.where(seen[:, None], quat, [1, 0, 0, 0]))))
+        quat = jnp.asarray(np.where(seen[:, None], quat, [1.0, 0.0, 0.0, 0.0]))
+        measured = np.asarray(so3.quat_to_matrix(quat))
         turn = np.asarray(so3.log(jnp.asarray(np.swapaxes(measured, 1, 2) @ R)))
         return np.where(seen[:, None], turn, 0.0), seen / self.noise.orientation
 

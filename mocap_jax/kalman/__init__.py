@@ -14,6 +14,6 @@ from mocap_jax.kalman.state import State
 from mocap_jax.kalman.update import Innovation, apply, correct, update
 
 __all__ = [
-    "Dynamics", "Innovation", "Manifold", "Process", "State", "apply", "butterworth_rate", "correct",
-    "predict", "process_noise", "smooth_step", "transition", "update", "vector_space",
+    "Dynamics", "Innovation", "Manifold", "Process", "State", "apply", "butterworth_rate",
+    "correct", "predict", "process_noise", "smooth_step", "transition", "update", "vector_space",
 ]  # fmt: skip

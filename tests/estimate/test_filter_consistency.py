@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
-
 from functools import partial
+from pathlib import Path
 
 import jax
 import jax.numpy as jnp
-import numpy as np
+
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from synthetic import SENSORS, small_body
 

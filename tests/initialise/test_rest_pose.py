@@ -17,7 +17,7 @@ from mocap_jax.initialise import RestOptions, declared_pose, rest_pose
 from mocap_jax.recording import Recording, RestHold
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "estimate"))
-from synthetic import SENSORS, record, small_body  # noqa: E402
+from synthetic import SENSORS, record, small_body
 
 
 @pytest.fixture(scope="module")
