@@ -2,8 +2,8 @@
 
 from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
-from mocap_jax.estimate.optimise import optimise
-from mocap_jax.estimate.options import (
+from mocap_jax.estimate.whole_sequence import optimise
+from mocap_jax.estimate.whole_sequence_options import (
     ConstantsOptions,
     NoiseOptions,
     OptimiseOptions,

@@ -11,7 +11,7 @@ from mocap_jax.body import Body, difference, retract
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
-from mocap_jax.estimate.options import OptimiseOptions
+from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.estimate.sequence.layout import Constants
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution

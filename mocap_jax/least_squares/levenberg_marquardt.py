@@ -61,7 +61,7 @@ class SolverOptions:
 
     max_iterations: int = 30
     """Largest number of linearisations."""
-    tolerance: float = 1e-3
+    tolerance: float = 1e-2
     """Converged when the RMS step is below this many posterior standard deviations (Newton
     decrement per unknown)."""
     initial_damping: float = 1e-3

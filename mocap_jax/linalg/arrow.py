@@ -194,7 +194,11 @@ def corner_covariance(f: ArrowFactor) -> np.ndarray:
 
 
 def marginals(f: ArrowFactor, border: BorderBlocks | None = None) -> np.ndarray:
-    """Marginal covariance of every frame by selected inversion (Takahashi's recursion).
+    """Marginal covariance of every frame by selected inversion.
+
+    Takahashi's recursion in square-root form: the covariance of b successive frames is carried as
+    R'R and extended backwards by one frame with a QR factorisation. The plain recursion overflows
+    when well and badly determined unknowns meet.
 
     Args:
         f: the factor of the information matrix.
@@ -205,32 +209,25 @@ def marginals(f: ArrowFactor, border: BorderBlocks | None = None) -> np.ndarray:
     """
     t, d, b = f.frames, f.block, f.half_bandwidth
     out = np.empty((t, d, d))
-    window = np.zeros((0, 0))
+    root = np.zeros((0, 0))
+    eye = np.eye(d, order="F")
     with threadpool_limits(limits=1, user_api="blas"):
         for k in range(t - 1, -1, -1):
-            reach = min(b, t - 1 - k)
-            inverse = blas.dtrsm(1.0, f.panels[k, :d].T, np.eye(d), side=0, lower=0)
-            out[k] = inverse @ inverse.T
+            reach = len(root) // d
+            inverse = blas.dtrsm(1.0, f.panels[k, :d].T, eye, side=0, lower=0)
+            # Rows: independent unit deviations; columns: frame k, then the frames after it.
+            spread = np.zeros(((reach + 1) * d, min(reach + 1, b) * d), order="F")
+            spread[:d, :d] = inverse.T
             if reach:
-                gain = inverse @ f.panels[k, d : (reach + 1) * d].T
-                cross = -gain @ window[: reach * d, : reach * d]
-                out[k] -= cross @ gain.T
-            else:
-                cross = np.zeros((d, 0))
-            window = _slide(window, out[k], cross, b, d)
+                gain = blas.dtrmm(1.0, inverse, f.panels[k, d : (reach + 1) * d].T, lower=0)
+                spread[d:, :d] = -root @ gain.T
+                spread[d:, d:] = root[:, : spread.shape[1] - d]
+            triangle, _, _, _ = lapack.dgeqrf(spread, overwrite_a=1)
+            root = np.triu(triangle[: spread.shape[1]])
+            out[k] = root[:d, :d].T @ root[:d, :d]
     if border is not None:
         _add_border_covariance(f, border, out)
     return out
-
-
-def _slide(
-    window: np.ndarray, block: np.ndarray, cross: np.ndarray, b: int, d: int
-) -> np.ndarray:
-    """Covariance of the next b frames, with the newest (earliest) frame put in front."""
-    keep = min(cross.shape[1], (b - 1) * d)
-    top = np.concatenate([block, cross[:, :keep]], axis=1)
-    bottom = np.concatenate([cross[:, :keep].T, window[:keep, :keep]], axis=1)
-    return np.concatenate([top, bottom], axis=0)
 
 
 def _add_border_covariance(f: ArrowFactor, border: BorderBlocks, out: np.ndarray) -> None:

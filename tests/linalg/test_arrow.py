@@ -64,3 +64,24 @@ def test_singular_matrix_is_an_error_naming_the_frame() -> None:
     lower[:2, 0] = np.eye(2)
     with pytest.raises(SolveError, match="frame 2"):
         linalg.factor(lower)
+
+
+def test_marginals_survive_unequally_determined_unknowns() -> None:
+    """Double integrators with tiny and huge information side by side, as unobserved joints make."""
+    t, d = 400, 4
+    rng = np.random.default_rng(0)
+    weak = np.array([1e-6, 1e-6, 1e2, 1e8])
+    mix = np.linalg.qr(rng.normal(size=(d, d)))[0]
+    lower = np.zeros((t, 3, d, d))
+    for k in range(t):
+        lower[k, 0] += mix @ np.diag(weak) @ mix.T
+    for k in range(1, t - 1):
+        for i, a in enumerate((1.0, -2.0, 1.0)):
+            for j, c in enumerate((1.0, -2.0, 1.0)[: i + 1]):
+                lower[k - 1 + j, i - j] += 1e6 * a * c * np.eye(d)
+    f = linalg.factor(lower)
+    found = linalg.marginals(f)
+    for k in (0, 200, 399):
+        rhs = np.zeros((t, d, d))
+        rhs[k] = np.eye(d)
+        np.testing.assert_allclose(found[k], linalg.solve_banded(f, rhs)[k], rtol=1e-5, atol=1e-12)

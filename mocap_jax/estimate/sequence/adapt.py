@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mocap_jax import linalg
-from mocap_jax.estimate.options import OptimiseOptions
+from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.estimate.sequence.layout import Terms
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State
 from mocap_jax.residuals.robust import weight

@@ -9,7 +9,7 @@ import numpy as np
 from mocap_jax import so3
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError
-from mocap_jax.estimate.options import OptimiseOptions
+from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.estimate.sequence.layout import Layout, Terms, UserResidual, Weights
 from mocap_jax.initialise import declared_pose
 from mocap_jax.measurement import FrameData

@@ -60,7 +60,7 @@ class PriorOptions:
     """The same for root translation and slides [m^2/s^3, m^2/s^5]."""
     rest_sigma: float = 0.05
     """Declared rest pose: standard deviation of each joint coordinate [rad]."""
-    pose_sigma: float = 2.0
+    pose_sigma: float = 0.5
     """Weak prior on poses around the reference pose [rad, m], per second of recording; it only
     matters for joints that no sensor observes."""
     limits: bool = True

@@ -14,7 +14,7 @@ from mocap_jax.body import Body, load_body
 from mocap_jax.errors import InputError, SolveError
 from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.estimate.initial_guess import constants_from, first_guess, on_grid
-from mocap_jax.estimate.options import OptimiseOptions
+from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.estimate.sequence.adapt import (
     NoiseLevels,
     constant_values,
@@ -167,7 +167,7 @@ class _Run:
         if not last:
             # Rounds before the last only feed the noise estimate.
             solver = dataclasses.replace(
-                solver, tolerance=max(solver.tolerance, 3e-2),
+                solver, tolerance=max(solver.tolerance, 0.1),
                 max_iterations=min(solver.max_iterations, 8),
             )  # fmt: skip
 
