@@ -85,7 +85,8 @@ def run(arguments: argparse.Namespace) -> int:
         smooth=arguments.smooth,
         progress=sys.stderr.isatty(),
     )
-    solution = dataclasses.replace(solution, remarks=(*solution.remarks, *recording.salvage))
+    remarks = tuple(dict.fromkeys((*solution.remarks, *recording.salvage)))
+    solution = dataclasses.replace(solution, remarks=remarks)
     print(describe_solution(solution))
     errors = errors_against_truth(solution, recording) if solution.status.ok else None
     if errors is not None:

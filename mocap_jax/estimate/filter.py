@@ -21,6 +21,7 @@ from mocap_jax.estimate.filter_data import filter_data
 from mocap_jax.estimate.filter_frame import FilterModel, FrameInput, Parameters
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.innovation_statistics import InnovationStatistics
+from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.initialise import RestEstimate, rest_pose
 from mocap_jax.kalman import Dynamics, State, butterworth_rate, process_noise
 from mocap_jax.measurement import gather
@@ -76,6 +77,7 @@ def ekf(
         setup=recording.setup,
         remarks=(*rest.remarks, *remarks),
         covariance=covariance,
+        observed=run.observed,
         seconds_solve=seconds - clock.seconds,
         seconds_compile=clock.seconds,
         statistics=statistics,
@@ -108,6 +110,7 @@ class FilterRun(NamedTuple):
     chunks: list[FrameInput]
     time: np.ndarray
     statistics: InnovationStatistics
+    observed: tuple[str, ...]
 
 
 def prepare(
@@ -130,6 +133,7 @@ def prepare(
         [jax.tree.map(cast, c) for c in chunks],
         np.asarray(data.time),
         statistics,
+        observed_joints(body, data),
     )
 
 

@@ -15,6 +15,7 @@ from mocap_jax.errors import InputError, SolveError
 from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.estimate.initial_guess import constants_from, first_guess, on_grid
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
+from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.sequence.adapt import (
     NoiseLevels,
     constant_values,
@@ -201,6 +202,7 @@ class _Run:
             setup=recording.setup,
             remarks=(*recording.salvage, *remarks, *_gauge_remarks(root_given)),
             covariance=covariance,
+            observed=observed_joints(self.body, self.data),
             cost=tuple(self.cost),
             iterations=self.iterations,
             statistics=residual_statistics(
