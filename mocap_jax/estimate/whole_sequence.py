@@ -20,6 +20,7 @@ from mocap_jax.estimate.sequence.adapt import (
     NoiseLevels,
     constant_values,
     initial_levels,
+    loss_scales,
     prior_information,
     re_estimate,
     scaled_terms,
@@ -160,7 +161,9 @@ class _Run:
         graduation = mu[min(number * len(mu) // rounds, len(mu) - 1)] if rounds > 1 else mu[-1]
         if number == rounds - 1:
             graduation = mu[-1]
-        self.problem.set_range_mu(graduation)
+        self.problem.replace_weights(
+            range_mu=graduation, inertial_scale=loss_scales(self.levels, self.options)
+        )
         return changed
 
     def _minimise(self, state: State, last: bool, bar: tqdm) -> Result:

@@ -34,6 +34,12 @@ class NoiseOptions:
     adapt: bool = True
     """Re-estimate a scale (at least 1) of every stream's noise from its residuals, by variance
     components (Helmert), since unmodelled errors dominate data-sheet noise."""
+    initial_accelerometer_factor: float = 5.0
+    """What the adaptation starts from, times the declared noise (body-worn sensors)."""
+    initial_gyroscope_factor: float = 2.0
+    """The same for rates."""
+    initial_range_factor: float = 4.0
+    """The same for ranges (body dimensions are known to about a centimetre)."""
     rounds: int = 4
     """Solves with re-estimated noise in between."""
     inertial_loss: LossName = "huber"
@@ -65,8 +71,8 @@ class PriorOptions:
     matters for joints that no sensor observes."""
     limits: bool = True
     """Penalise joint coordinates outside their range."""
-    limit_sigma: float = 0.05
-    """Standard deviation of a limit violation, per frame [rad, m]."""
+    limit_sigma: float = 0.03
+    """Standard deviation of a limit violation that lasts a second [rad, m]."""
     limit_softness: float = 0.01
     """Width of the transition at a limit [rad, m]."""
 

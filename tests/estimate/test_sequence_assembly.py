@@ -66,7 +66,7 @@ def make(order: int, *, losses: str = "none", user: bool = False, chunk: int = 1
         limit_information=np.full(T, 3.0),
         user_data=(np.asarray(draw(T)),) if user else (), user_mask=(user_mask,) if user else (),
     )  # fmt: skip
-    weights = Weights(*(np.asarray(x) for x in (0.2, 1.5, 1.5, 1.0, 0.1)))
+    weights = Weights(*(np.asarray(x) for x in (0.2, np.full((3, S), 1.5), 1.5, 1.0, 0.1)))
     constants = Constants(
         0.1 * draw(S, 3), 0.2 * draw(S, 3), np.array(so3.exp(jnp.asarray(0.2 * draw(S, 3))))
     )

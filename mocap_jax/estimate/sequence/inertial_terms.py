@@ -89,14 +89,14 @@ def losses(
         "orientation": (r.orientation[core], terms.orientation_information[core]),
     }
     return {
-        kind: loss(layout.inertial_loss, _squared(*pair), weights.inertial_scale)
-        for kind, pair in cut.items()
+        kind: loss(layout.inertial_loss, _squared(*pair), weights.inertial_scale[i])
+        for i, (kind, pair) in enumerate(cut.items())
     }
 
 
-def _robust(layout: Layout, residual: Array, information: Array, weights: Weights) -> Array:
-    squared = _squared(residual, information)
-    return information * weight(layout.inertial_loss, squared, weights.inertial_scale)
+def _robust(layout: Layout, residual: Array, information: Array, scale: Array) -> Array:
+    """Information times the weight of the robust loss."""
+    return information * weight(layout.inertial_loss, _squared(residual, information), scale)
 
 
 def information(
@@ -170,7 +170,7 @@ def _add_acceleration(
         weights.step,
         layout.force_weights,
     )
-    info = _robust(layout, r.acceleration, terms.force_information[1:-1], weights)
+    info = _robust(layout, r.acceleration, terms.force_information[1:-1], weights.inertial_scale[0])
     relative = w.position - w.origin[:, None, :]
     alpha = jacobian.alpha
     n = w.position.shape[0]
@@ -242,7 +242,7 @@ def _add_rate(
     jacobian = rate_jacobian(
         (w.rotation[:-1], w.rotation[1:]), r.turned, (rate[:-1], rate[1:]), weights.step
     )
-    info = _robust(layout, r.rate, terms.rate_information[:-1], weights)
+    info = _robust(layout, r.rate, terms.rate_information[:-1], weights.inertial_scale[1])
     weighted_turn = info[..., None, None] * jacobian.turn
     square = _matmul(_transpose(jacobian.turn), weighted_turn)
     pull = (weighted_turn * r.rate[..., :, None]).sum(axis=-2)
@@ -275,7 +275,7 @@ def _add_orientation(
     core: slice,
 ) -> SiteInformation:
     residual = r.orientation[core]
-    info = _robust(layout, residual, terms.orientation_information[core], weights)
+    info = _robust(layout, residual, terms.orientation_information[core], weights.inertial_scale[2])
     inverse = so3.right_jacobian_inverse(residual)
     turn = so3.matmul3(inverse, _transpose(w.rotation[core]))
     weighted_turn = info[..., None, None] * turn

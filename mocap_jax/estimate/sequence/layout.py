@@ -119,8 +119,8 @@ class Weights:
     """Numbers a solve may change without tracing again."""
 
     step: Float[Array, ""]
-    inertial_scale: Float[Array, ""]
-    """Whitened norm beyond which an inertial residual is an outlier."""
+    inertial_scale: Float[Array, "3 s"]
+    """Whitened norm beyond which an acceleration, rate or orientation residual is an outlier."""
     range_scale: Float[Array, ""]
     range_mu: Float[Array, ""]
     """Graduation of Geman-McClure."""

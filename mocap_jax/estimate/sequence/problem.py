@@ -100,9 +100,10 @@ class SequenceProblem:
         }  # fmt: skip
         self._terms = dataclasses.replace(self._terms, **padded)
 
-    def set_range_mu(self, mu: float) -> None:
-        """Set the graduation of the Geman-McClure loss."""
-        self.weights = dataclasses.replace(self.weights, range_mu=jnp.asarray(mu, self.dtype))
+    def replace_weights(self, **changes: np.ndarray | float) -> None:
+        """Exchange scalars of the traced part."""
+        cast = {name: jnp.asarray(value, self.dtype) for name, value in changes.items()}
+        self.weights = dataclasses.replace(self.weights, **cast)
 
     def _pad(self, terms: Terms) -> Terms:
         out = {}

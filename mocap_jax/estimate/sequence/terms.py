@@ -71,7 +71,7 @@ def build(
         reference_information=reference_information,
         smoothness_information=_smoothness(data, body, options),
         limit_information=np.full(
-            len(data.time), 1 / options.prior.limit_sigma**2 if options.prior.limits else 0.0
+            len(data.time), step / options.prior.limit_sigma**2 if options.prior.limits else 0.0
         ),
         user_data=user_data,
         user_mask=tuple(_user_mask(r, len(data.time)) for r in options.user_residuals),
@@ -79,7 +79,7 @@ def build(
     )
     weights = Weights(
         np.asarray(step),
-        np.asarray(options.noise.inertial_scale),
+        np.full((3, len(layout.sites)), options.noise.inertial_scale),
         np.asarray(options.noise.range_scale),
         np.asarray(1.0),
         np.asarray(options.prior.limit_softness),
