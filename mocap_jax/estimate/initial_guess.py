@@ -66,4 +66,5 @@ def constants_from(initial: Solution, sensors: tuple[str, ...]) -> Constants:
         look_up("gyroscope_bias"),
         look_up("accelerometer_bias"),
         np.asarray(so3.exp(jnp.asarray(look_up("mounting_rotation")))),
+        look_up("mounting_offset"),
     )

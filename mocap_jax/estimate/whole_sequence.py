@@ -17,15 +17,14 @@ from mocap_jax.estimate.initial_guess import constants_from, first_guess, on_gri
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.sequence.adapt import (
-    NoiseLevels,
-    constant_values,
+    Levels,
+    information,
     initial_levels,
-    loss_scales,
     prior_information,
     re_estimate,
-    scaled_terms,
 )
-from mocap_jax.estimate.sequence.problem import SequenceProblem, State
+from mocap_jax.estimate.sequence.layout import CONSTANTS_PER_SENSOR
+from mocap_jax.estimate.sequence.problem import SequenceProblem, State, constant_values
 from mocap_jax.estimate.sequence.statistics import residual_statistics
 from mocap_jax.estimate.sequence.terms import Built, build
 from mocap_jax.least_squares import Outcome, Result, minimise
@@ -118,7 +117,7 @@ class _Run:
     ) -> None:
         self.body, self.data, self.built, self.options = body, data, built, options
         layout = built.layout
-        self.levels = initial_levels(options, len(layout.sites), len(layout.range_sites))
+        self.levels = initial_levels(options)
         self.problem = SequenceProblem(
             layout, body, built.terms, built.weights,
             prior_information(self.levels, len(layout.sites)), np.dtype(options.dtype),
@@ -139,8 +138,8 @@ class _Run:
                 if result.outcome in (Outcome.SINGULAR, Outcome.DIVERGED) or number == rounds - 1:
                     break
                 self.levels = re_estimate(
-                    self.problem, result.state, self.built.terms, changed, self.levels,
-                    self.options, self.built.rest_frames, generator,
+                    self.problem, result.state, self.built, changed, self.levels, self.options,
+                    generator,
                 )  # fmt: skip
         return self._solution(result, changed, recording, root_given=root_given)
 
@@ -150,9 +149,7 @@ class _Run:
     def _set_levels(self, state: State, number: int, rounds: int) -> dict[str, np.ndarray]:
         gate = self.problem.gate(state) if self.built.layout.use_range else None
         free = 6 if self.body.has_free_root else 0
-        changed = scaled_terms(
-            self.built.terms, gate, self.levels, self.options, self.built.rest_frames, free
-        )
+        changed = information(self.built, gate, self.levels, free=free)
         self.problem.replace_terms(**changed)
         self.problem.prior_information = prior_information(
             self.levels, len(self.built.layout.sites)
@@ -161,9 +158,7 @@ class _Run:
         graduation = mu[min(number * len(mu) // rounds, len(mu) - 1)] if rounds > 1 else mu[-1]
         if number == rounds - 1:
             graduation = mu[-1]
-        self.problem.replace_weights(
-            range_mu=graduation, inertial_scale=loss_scales(self.levels, self.options)
-        )
+        self.problem.replace_weights(range_mu=graduation)
         return changed
 
     def _minimise(self, state: State, last: bool, bar: tqdm) -> Result:
@@ -190,7 +185,7 @@ class _Run:
     ) -> Solution:  # fmt: skip
         state, layout = result.state, self.built.layout
         status, remarks = _STATUS[result.outcome], [result.message] if result.message else []
-        covariance, deviations = None, np.full((len(layout.sites), 9), np.nan)
+        covariance, deviations = None, np.full((len(layout.sites), CONSTANTS_PER_SENSOR), np.nan)
         if status.ok:
             try:
                 covariance, deviations = self._covariance(state)
@@ -217,11 +212,11 @@ class _Run:
 
     def _covariance(self, state: State) -> tuple[np.ndarray | None, np.ndarray]:
         layout = self.built.layout
-        deviations = np.full((len(layout.sites), 9), np.nan)
+        deviations = np.full((len(layout.sites), CONSTANTS_PER_SENSOR), np.nan)
         equations = self.problem.linearise(state)
         f = linalg.factor(equations.lower, equations.corner, equations.border, overwrite=True)
         if layout.use_border:
-            deviations = np.sqrt(np.diag(linalg.corner_covariance(f))).reshape(-1, 9)
+            deviations = np.sqrt(np.diag(linalg.corner_covariance(f))).reshape(-1, CONSTANTS_PER_SENSOR)
         if not self.options.covariance:
             return None, deviations
         return linalg.marginals(f, equations.border), deviations
@@ -257,8 +252,8 @@ def _calibration(
 ) -> dict[str, dict[str, np.ndarray]]:
     if not use:
         return {}
-    values = constant_values(state)
-    keys = ("gyroscope_bias", "accelerometer_bias", "mounting_rotation")
+    values = constant_values(state.constants)
+    keys = ("gyroscope_bias", "accelerometer_bias", "mounting_rotation", "mounting_offset")
     table = {
         f"{key}/{name}": (i, slice(3 * c, 3 * c + 3))
         for i, name in enumerate(sensors)
@@ -270,17 +265,8 @@ def _calibration(
     }
 
 
-def _record(options: OptimiseOptions, levels: NoiseLevels) -> dict[str, object]:
+def _record(options: OptimiseOptions, levels: Levels) -> dict[str, object]:
     record = dataclasses.asdict(dataclasses.replace(options, user_residuals=()))
     record["user_residuals"] = [r.name for r in options.user_residuals]
-    record["noise_levels"] = {
-        "inertial": {k: [float(x) for x in v] for k, v in levels.inertial.items()},
-        "range": [float(x) for x in levels.range],
-        "gyroscope_bias": levels.gyroscope_bias,
-        "accelerometer_bias": levels.accelerometer_bias,
-        "mounting": levels.mounting,
-        "rest": levels.rest,
-    }
+    record["levels"] = dataclasses.asdict(levels)
     return record
-
-

@@ -66,22 +66,23 @@ def make(order: int, *, losses: str = "none", user: bool = False, chunk: int = 1
         limit_information=np.full(T, 3.0),
         user_data=(np.asarray(draw(T)),) if user else (), user_mask=(user_mask,) if user else (),
     )  # fmt: skip
-    weights = Weights(*(np.asarray(x) for x in (0.2, np.full((3, S), 1.5), 1.5, 1.0, 0.1)))
+    weights = Weights(*(np.asarray(x) for x in (0.2, 1.5, 1.5, 1.0, 0.1)))
     constants = Constants(
-        0.1 * draw(S, 3), 0.2 * draw(S, 3), np.array(so3.exp(jnp.asarray(0.2 * draw(S, 3))))
+        0.1 * draw(S, 3), 0.2 * draw(S, 3), np.array(so3.exp(jnp.asarray(0.2 * draw(S, 3)))),
+        0.05 * draw(S, 3),
     )
-    problem = SequenceProblem(layout, body, terms, weights, np.zeros((S, 9)))
+    problem = SequenceProblem(layout, body, terms, weights, np.zeros((S, 12)))
     return problem, State(q, constants)
 
 
 def moved(problem: SequenceProblem, state: State, delta: jax.Array):
     """Poses and constants at a tangent step, traceable."""
     nv, layout = problem.layout.topology.nv, problem.layout
-    step, d = delta[: T * nv].reshape(T, nv), delta[T * nv :].reshape(S, 9)
+    step, d = delta[: T * nv].reshape(T, nv), delta[T * nv :].reshape(S, 12)
     q = jax.vmap(lambda a, b: retract(layout.topology, a, b))(jnp.asarray(state.q), step)
     c = state.constants
-    mounting = so3.matmul3(jnp.asarray(c.mounting), so3.exp(d[:, 6:]))
-    return q, Constants(c.gyroscope_bias + d[:, :3], c.accelerometer_bias + d[:, 3:6], mounting)
+    mounting = so3.matmul3(jnp.asarray(c.mounting), so3.exp(d[:, 6:9]))
+    return q, Constants(c.gyroscope_bias + d[:, :3], c.accelerometer_bias + d[:, 3:6], mounting, c.offset + d[:, 9:])
 
 
 def stacked_residuals(problem: SequenceProblem, state: State, delta: jax.Array) -> jax.Array:
@@ -148,7 +149,7 @@ def test_gradient_of_robust_cost(loss: str) -> None:
     problem, state = make(2, losses=loss)
     equations = problem.linearise(state)
     rng = np.random.default_rng(0)
-    step, constants = rng.normal(size=(T, problem.layout.topology.nv)), rng.normal(size=9 * S)
+    step, constants = rng.normal(size=(T, problem.layout.topology.nv)), rng.normal(size=12 * S)
     slope = (equations.gradient * step).sum() + equations.corner_gradient @ constants
     e = 1e-6
     ahead = problem.cost(problem.move(state, e * step, e * constants))
@@ -172,7 +173,7 @@ def test_border_can_be_left_out() -> None:
         problem.body,
         jax.tree.map(lambda x: x, _unpadded(problem)),
         problem.weights,
-        np.zeros((S, 9)),
+        np.zeros((S, 12)),
     )
     a, b = problem.linearise(state), without.linearise(state)
     np.testing.assert_allclose(a.lower, b.lower, rtol=1e-10, atol=1e-9)

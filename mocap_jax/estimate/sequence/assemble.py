@@ -28,11 +28,13 @@ class ChunkSystem(NamedTuple):
     lower: Float[Array, "c b+1 nv nv"]
     """[k, o]: block (k + o, k)."""
     gradient: Float[Array, "c nv"]
-    border: Float[Array, "c s 6 9"]
-    """Compact border: see `chunk_border`."""
+    border: Float[Array, "c s 6 12"]
+    """Compact border of the inertial residuals: see `chunk_border`."""
     screws: Float[Array, "c 6 nv"]
-    corner: Float[Array, "s 9 9"]
-    corner_gradient: Float[Array, "s 9"]
+    range_border: Float[Array, "c s 3 nv"]
+    """What ranges add: rows the receivers' offsets."""
+    corner: Float[Array, "s 12 12"]
+    corner_gradient: Float[Array, "s 12"]
     cost: Float[Array, ""]
 
 
@@ -123,19 +125,27 @@ def assemble_chunk(
     blocks += [jnp.zeros_like(blocks[0])] * (layout.half_bandwidth + 1 - len(blocks))
     gradient = joint_gradient(mask, info.gradient, w.screws[core])
     if ranges is not None:
-        (square, coupling), slope = range_terms.normal_blocks(
-            layout, w, ranges, terms, weights, core
-        )
+        rows = range_terms.rows(layout, w, ranges, terms, weights, core)
+        (square, coupling), slope = range_terms.normal_blocks(rows)
         blocks[0], blocks[1] = blocks[0] + square, blocks[1] + coupling
         gradient = gradient + slope
     blocks, gradient = pose_terms.add_normal_blocks(
         layout, body, blocks, gradient, pose, terms, weights, core
     )
     blocks, gradient = pose_terms.add_user_blocks(layout, body, blocks, gradient, q, terms, core)
+    range_border = jnp.zeros((0,), gradient.dtype)
+    corner, corner_gradient = info.constants, info.constants_gradient
+    if layout.use_border:
+        sensors = len(layout.sites)
+        range_border = jnp.zeros((len(gradient), sensors, 3, layout.topology.nv), gradient.dtype)
+        if ranges is not None:
+            range_border, square, slope = range_terms.border(layout, rows)
+            corner = corner.at[:, 9:, 9:].add(square)
+            corner_gradient = corner_gradient.at[:, 9:].add(slope)
     cost = 0.5 * sum(x.sum() for x in kinds.values())
     return ChunkSystem(
-        jnp.stack(blocks, axis=1), gradient, info.border, w.screws[core],
-        info.constants, info.constants_gradient, cost,
+        jnp.stack(blocks, axis=1), gradient, info.border, w.screws[core], range_border,
+        corner, corner_gradient, cost,
     )  # fmt: skip
 
 
@@ -144,9 +154,13 @@ def _later(w: Window, core: slice, offset: int) -> Array:
 
 
 @partial(jax.jit, static_argnums=0)
-def chunk_border(layout: Layout, border: Array, screws: Array) -> Float[Array, "c m nv"]:
+def chunk_border(
+    layout: Layout, border: Array, screws: Array, range_border: Array
+) -> Float[Array, "c m nv"]:
     """Blocks of B' of a chunk, from its compact border."""
-    return joint_border(sensor_dofs(layout), border, screws)
+    blocks = joint_border(sensor_dofs(layout), border, screws)
+    blocks = blocks.at[:, :, 9:].add(range_border)
+    return blocks.reshape(blocks.shape[0], layout.constants, layout.topology.nv)
 
 
 def cut(tree: Terms, layout: Layout, index: int) -> Terms:

@@ -55,10 +55,9 @@ def joint_gradient(
 
 
 def joint_border(
-    sensor_dofs: np.ndarray, border: Float[Array, "c s 6 9"], screws: Float[Array, "c 6 nv"]
-) -> Float[Array, "c s*9 nv"]:
+    sensor_dofs: np.ndarray, border: Float[Array, "c s 6 n"], screws: Float[Array, "c 6 nv"]
+) -> Float[Array, "c s n nv"]:
     """Blocks of B': rows the constants of all sensors, columns degrees of freedom."""
     mask = jnp.asarray(sensor_dofs, border.dtype)[None, :, None, :]
     product = sum(border[:, :, p, :, None] * screws[:, None, p, None, :] for p in range(6))
-    c, s = border.shape[:2]
-    return (product * mask).reshape(c, s * 9, -1)
+    return product * mask

@@ -19,7 +19,13 @@ from jax import Array
 from jaxtyping import Float
 
 from mocap_jax import so3
-from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
+from mocap_jax.estimate.sequence.layout import (
+    CONSTANTS_PER_SENSOR,
+    Constants,
+    Layout,
+    Terms,
+    Weights,
+)
 from mocap_jax.estimate.sequence.window import Window
 from mocap_jax.residuals.inertial import (
     acceleration_jacobian,
@@ -46,10 +52,10 @@ class SiteInformation(NamedTuple):
     blocks: tuple[Float[Array, "c s 6 6"], ...]
     """[o]: rows twist at frame k + o, columns twist at frame k."""
     gradient: Float[Array, "c s 6"]
-    border: Float[Array, "c s 6 9"]
+    border: Float[Array, "c s 6 12"]
     """Rows twist at frame k, columns the sensor's constants."""
-    constants: Float[Array, "s 9 9"]
-    constants_gradient: Float[Array, "s 9"]
+    constants: Float[Array, "s 12 12"]
+    constants_gradient: Float[Array, "s 12"]
 
 
 def residuals(
@@ -89,8 +95,8 @@ def losses(
         "orientation": (r.orientation[core], terms.orientation_information[core]),
     }
     return {
-        kind: loss(layout.inertial_loss, _squared(*pair), weights.inertial_scale[i])
-        for i, (kind, pair) in enumerate(cut.items())
+        kind: loss(layout.inertial_loss, _squared(*pair), weights.inertial_scale)
+        for kind, pair in cut.items()
     }
 
 
@@ -113,9 +119,10 @@ def information(
     sensors = w.position.shape[1]
     blocks = [jnp.zeros((size, sensors, 6, 6), w.position.dtype) for _ in range(3)]
     gradient = jnp.zeros((size, sensors, 6), w.position.dtype)
-    border = jnp.zeros((size, sensors, 6, 9), w.position.dtype)
-    corner = jnp.zeros((sensors, 9, 9), w.position.dtype)
-    corner_gradient = jnp.zeros((sensors, 9), w.position.dtype)
+    n = CONSTANTS_PER_SENSOR
+    border = jnp.zeros((size, sensors, 6, n), w.position.dtype)
+    corner = jnp.zeros((sensors, n, n), w.position.dtype)
+    corner_gradient = jnp.zeros((sensors, n), w.position.dtype)
     total = SiteInformation(tuple(blocks), gradient, border, corner, corner_gradient)
     if layout.use_acceleration:
         total = _add_acceleration(layout, total, w, constants, terms, weights, r, core)
@@ -132,12 +139,17 @@ def _stack(ll: Array, lw: Array, wl: Array, ww: Array) -> Array:
     return jnp.concatenate([top, jnp.concatenate([wl, ww], axis=-1)], axis=-2)
 
 
-def _columns(gyroscope: Array | None, accelerometer: Array | None, mounting: Array) -> Array:
-    """(..., 3, 9) Jacobian by a sensor's constants."""
+def _columns(
+    mounting: Array,
+    *,
+    gyroscope: Array | None = None,
+    accelerometer: Array | None = None,
+    offset: Array | None = None,
+) -> Array:
+    """(..., 3, 12) Jacobian by a sensor's constants."""
     zero = jnp.zeros_like(mounting)
-    parts = [zero if gyroscope is None else gyroscope]
-    parts += [zero if accelerometer is None else accelerometer, mounting]
-    return jnp.concatenate(parts, axis=-1)
+    parts = (gyroscope, accelerometer, mounting, offset)
+    return jnp.concatenate([zero if p is None else p for p in parts], axis=-1)
 
 
 def _matmul(a: Array, b: Array) -> Array:
@@ -170,7 +182,7 @@ def _add_acceleration(
         weights.step,
         layout.force_weights,
     )
-    info = _robust(layout, r.acceleration, terms.force_information[1:-1], weights.inertial_scale[0])
+    info = _robust(layout, r.acceleration, terms.force_information[1:-1], weights.inertial_scale)
     relative = w.position - w.origin[:, None, :]
     alpha = jacobian.alpha
     n = w.position.shape[0]
@@ -196,7 +208,8 @@ def _add_acceleration(
             ww = dot - _outer(wt[..., None] * y_e, y_l)
             blocks[later - earlier] = blocks[later - earlier] + _stack(ll, lw, wl, ww)
     gradient, border = total.gradient, total.border
-    columns = _columns(None, jacobian.bias, jacobian.mounting)
+    second = sum(alpha[j] * w.site_rotation[j : n - 2 + j] for j in range(3))
+    columns = _columns(jacobian.mounting, accelerometer=jacobian.bias, offset=second)
     weighted = info[..., None] * r.acceleration
     for j in range(3):
         force_j = alpha[j] * centred(weighted, j - 1)
@@ -242,7 +255,7 @@ def _add_rate(
     jacobian = rate_jacobian(
         (w.rotation[:-1], w.rotation[1:]), r.turned, (rate[:-1], rate[1:]), weights.step
     )
-    info = _robust(layout, r.rate, terms.rate_information[:-1], weights.inertial_scale[1])
+    info = _robust(layout, r.rate, terms.rate_information[:-1], weights.inertial_scale)
     weighted_turn = info[..., None, None] * jacobian.turn
     square = _matmul(_transpose(jacobian.turn), weighted_turn)
     pull = (weighted_turn * r.rate[..., :, None]).sum(axis=-2)
@@ -256,7 +269,7 @@ def _add_rate(
     moment = pull[before] - pull[here]
     gradient = total.gradient.at[..., 3:].add(moment)
     border = total.border
-    columns = _columns(jacobian.bias, None, jacobian.mounting)
+    columns = _columns(jacobian.mounting, gyroscope=jacobian.bias)
     if layout.use_border:
         coupled = _matmul(_transpose(weighted_turn), columns)
         border = border.at[..., 3:, :].add(coupled[before] - coupled[here])
@@ -275,7 +288,7 @@ def _add_orientation(
     core: slice,
 ) -> SiteInformation:
     residual = r.orientation[core]
-    info = _robust(layout, residual, terms.orientation_information[core], weights.inertial_scale[2])
+    info = _robust(layout, residual, terms.orientation_information[core], weights.inertial_scale)
     inverse = so3.right_jacobian_inverse(residual)
     turn = so3.matmul3(inverse, _transpose(w.rotation[core]))
     weighted_turn = info[..., None, None] * turn
@@ -286,7 +299,7 @@ def _add_orientation(
     pull = (weighted_turn * residual[..., :, None]).sum(axis=-2)
     gradient = total.gradient.at[..., 3:].add(pull)
     border = total.border
-    columns = _columns(None, None, inverse)
+    columns = _columns(inverse)
     if layout.use_border:
         border = border.at[..., 3:, :].add(_matmul(_transpose(weighted_turn), columns))
     size = core.stop - core.start

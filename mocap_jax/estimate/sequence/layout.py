@@ -11,8 +11,8 @@ from jaxtyping import Float, Int
 
 from mocap_jax.body import Topology
 
-CONSTANTS_PER_SENSOR = 9
-"""Border columns of a sensor: gyroscope bias, accelerometer bias, mounting rotation."""
+CONSTANTS_PER_SENSOR = 12
+"""Border columns of a sensor: gyroscope bias, accelerometer bias, mounting rotation, offset."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,8 @@ class Constants:
     """[m/s^2]"""
     mounting: Float[Array, "s 3 3"]
     """R_site_sensor."""
+    offset: Float[Array, "s 3"]
+    """Position of the sensor less that of its site, site frame [m]."""
 
 
 @jax.tree_util.register_dataclass
@@ -119,8 +121,8 @@ class Weights:
     """Numbers a solve may change without tracing again."""
 
     step: Float[Array, ""]
-    inertial_scale: Float[Array, "3 s"]
-    """Whitened norm beyond which an acceleration, rate or orientation residual is an outlier."""
+    inertial_scale: Float[Array, ""]
+    """Whitened norm beyond which an inertial residual is an outlier."""
     range_scale: Float[Array, ""]
     range_mu: Float[Array, ""]
     """Graduation of Geman-McClure."""

@@ -27,7 +27,13 @@ from mocap_jax.estimate.sequence.assemble import (
     cut,
     pad_frames,
 )
-from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
+from mocap_jax.estimate.sequence.layout import (
+    CONSTANTS_PER_SENSOR,
+    Constants,
+    Layout,
+    Terms,
+    Weights,
+)
 from mocap_jax.least_squares import NormalEquations
 
 
@@ -42,7 +48,7 @@ class State:
 class Border:
     """Blocks of B' by frame, made chunk by chunk when asked for in order."""
 
-    def __init__(self, layout: Layout, compact: list[tuple[np.ndarray, np.ndarray]]) -> None:
+    def __init__(self, layout: Layout, compact: list[tuple[np.ndarray, ...]]) -> None:
         self._layout = layout
         self._compact = compact
         self._chunk = -1
@@ -65,7 +71,7 @@ class SequenceProblem:
         body: Body,
         terms: Terms,
         weights: Weights,
-        prior_information: Float[np.ndarray, "s 9"],
+        prior_information: Float[np.ndarray, "s 12"],
         dtype: np.dtype = np.dtype(np.float64),
     ) -> None:
         """Args:
@@ -136,9 +142,10 @@ class SequenceProblem:
         if self._lower is None:
             self._lower = np.empty((self.chunks * self.layout.chunk, width, nv, nv))
         gradient = np.empty((self.chunks * self.layout.chunk, nv))
-        compact: list[tuple[np.ndarray, np.ndarray]] = []
+        compact: list[tuple[np.ndarray, ...]] = []
         sensors = len(self.layout.sites)
-        corner, slope, cost = np.zeros((sensors, 9, 9)), np.zeros((sensors, 9)), 0.0
+        n = CONSTANTS_PER_SENSOR
+        corner, slope, cost = np.zeros((sensors, n, n)), np.zeros((sensors, n)), 0.0
         for first, out in self._systems(state):
             rows = slice(first, first + self.layout.chunk)
             self._lower[rows] = out.lower
@@ -146,7 +153,9 @@ class SequenceProblem:
             corner += np.asarray(out.corner, float)
             slope += np.asarray(out.corner_gradient, float)
             cost += float(out.cost)
-            compact.append((np.asarray(out.border), np.asarray(out.screws)))
+            compact.append(
+                (np.asarray(out.border), np.asarray(out.screws), np.asarray(out.range_border))
+            )
         prior_cost, prior_slope, prior_square = self._prior(state.constants)
         lower, gradient = self._lower[: self.frames], gradient[: self.frames]
         if not self.layout.use_border:
@@ -174,26 +183,25 @@ class SequenceProblem:
         q = np.asarray(self._retract(jnp.asarray(state.q), jnp.asarray(step)))
         if not self.layout.use_border:
             return State(q, state.constants)
-        d = constants.reshape(-1, 9)
+        d = constants.reshape(-1, CONSTANTS_PER_SENSOR)
         c = state.constants
         moved = Constants(
             np.asarray(c.gyroscope_bias) + d[:, :3],
             np.asarray(c.accelerometer_bias) + d[:, 3:6],
-            np.asarray(so3.matmul3(jnp.asarray(c.mounting), so3.exp(jnp.asarray(d[:, 6:])))),
+            np.asarray(so3.matmul3(jnp.asarray(c.mounting), so3.exp(jnp.asarray(d[:, 6:9])))),
+            np.asarray(c.offset) + d[:, 9:],
         )
         return State(q, moved)
 
     def _prior(self, constants: Constants) -> tuple[float, np.ndarray, np.ndarray]:
-        """Cost, gradient (s, 9) and curvature (s, 9, 9) of the priors on the constants."""
-        sensors = len(self.layout.sites)
+        """Cost, gradient (s, 12) and curvature (s, 12, 12) of the priors on the constants."""
+        sensors, n = len(self.layout.sites), CONSTANTS_PER_SENSOR
         if not self.layout.use_border:
-            return 0.0, np.zeros((sensors, 9)), np.zeros((sensors, 9, 9))
+            return 0.0, np.zeros((sensors, n)), np.zeros((sensors, n, n))
         turn = so3.log(jnp.asarray(constants.mounting))
-        values = np.concatenate(
-            [constants.gyroscope_bias, constants.accelerometer_bias, np.asarray(turn)], axis=1
-        )
-        jacobian = np.tile(np.eye(9), (sensors, 1, 1))
-        jacobian[:, 6:, 6:] = np.asarray(so3.right_jacobian_inverse(turn))
+        values = constant_values(constants)
+        jacobian = np.tile(np.eye(n), (sensors, 1, 1))
+        jacobian[:, 6:9, 6:9] = np.asarray(so3.right_jacobian_inverse(turn))
         weighted = self.prior_information[:, :, None] * jacobian
         gradient = np.einsum("sij,si->sj", weighted, values)
         square = np.einsum("sij,sik->sjk", jacobian, weighted)
@@ -211,6 +219,12 @@ class SequenceProblem:
             kind: np.concatenate([np.asarray(p[kind]) for p in parts])[: self.frames]
             for kind in parts[0]
         }
+
+
+def constant_values(c: Constants) -> Float[np.ndarray, "s 12"]:
+    """Sensors' constants: gyroscope bias, accelerometer bias, mounting rotation vector, offset."""
+    turn = np.asarray(so3.log(jnp.asarray(c.mounting)))
+    return np.concatenate([c.gyroscope_bias, c.accelerometer_bias, turn, c.offset], axis=1)
 
 
 def _frame_axis(name: str) -> int:

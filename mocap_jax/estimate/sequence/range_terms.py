@@ -6,11 +6,12 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 from jaxtyping import Float
 
 from mocap_jax.estimate.sequence.layout import Layout, Terms, Weights
-from mocap_jax.estimate.sequence.window import Window, range_dofs
+from mocap_jax.estimate.sequence.window import Window, range_dofs, sensor_of_range_site
 from mocap_jax.residuals.ranges import faces_receiver, point_wrench, range_residual
 from mocap_jax.residuals.robust import loss, weight
 
@@ -64,31 +65,71 @@ def losses(
     return loss(layout.range_loss, squared, weights.range_scale, weights.range_mu)
 
 
-def normal_blocks(
-    layout: Layout, w: Window, r: RangeResiduals, terms: Terms, weights: Weights, core: slice
-) -> tuple[tuple[Array, Array], Array]:
-    """Contribution of ranges to the normal equations of the core frames.
+class RangeRows(NamedTuple):
+    """Whitened Jacobian rows of the core frames and the one after them (c + 1 rows)."""
 
-    Returns:
-        ((block k k, block k+1 k), gradient) of shapes (c, nv, nv) and (c, nv).
-    """
+    now: Float[Array, "c+1 k nv"]
+    """By the pose of frame k."""
+    before: Float[Array, "c+1 k nv"]
+    """By the pose of frame k - 1."""
+    offset: Float[Array, "c+1 k 3"]
+    """By the receiver's offset on its segment."""
+    residual: Float[Array, "c+1 k"]
+    receiver: Float[Array, "c+1 k s"]
+    """1 where a sensor is the receiver."""
+
+
+def rows(
+    layout: Layout, w: Window, r: RangeResiduals, terms: Terms, weights: Weights, core: slice
+) -> RangeRows:
+    """Whitened Jacobian rows of all ranges that touch the core frames."""
     squared = terms.range_information[1:] * r.residual**2
     robust = weight(layout.range_loss, squared, weights.range_scale, weights.range_mu)
     root = jnp.sqrt(terms.range_information[1:] * robust)[..., None]
     lead = terms.range_lead[1:, :, None]
     late = lead - terms.range_flight[1:, :, None]
-    whitened = root[..., 0] * r.residual
-    # Rows for frames core.start .. core.stop (one more: that interval touches the last frame).
-    later = slice(core.start - 1, core.stop)
-    now = root * _rows(layout, w, r, terms, 1, 1 - late, 1 - lead)
-    before = root * _rows(layout, w, r, terms, 0, late, lead)
-    now, before, whitened = now[later], before[later], whitened[later]
-    square = jnp.einsum("nki,nkj->nij", now[:-1], now[:-1])
-    square = square + jnp.einsum("nki,nkj->nij", before[1:], before[1:])
-    coupling = jnp.einsum("nki,nkj->nij", now[1:], before[1:])
-    gradient = (now[:-1] * whitened[:-1, :, None]).sum(1)
-    gradient = gradient + (before[1:] * whitened[1:, :, None]).sum(1)
-    return (square, coupling), gradient
+    # Frames core.start .. core.stop: the interval after the last core frame touches it.
+    cut = slice(core.start - 1, core.stop)
+    sensor = sensor_of_range_site(layout)[:, None] == np.arange(len(layout.sites))
+    receivers = terms.range_receiver[1:]
+    index = jnp.arange(receivers.shape[0])[:, None]
+    turn = w.range_rotation
+    axes = (1 - late)[..., None] * turn[index + 1, receivers] + late[..., None] * turn[index, receivers]
+    along = (axes * r.direction[..., :, None]).sum(-2)
+    return RangeRows(
+        (root * _rows(layout, w, r, terms, 1, 1 - late, 1 - lead))[cut],
+        (root * _rows(layout, w, r, terms, 0, late, lead))[cut],
+        (root * along)[cut],
+        (root[..., 0] * r.residual)[cut],
+        jnp.asarray(sensor, root.dtype)[receivers][cut],
+    )
+
+
+def normal_blocks(x: RangeRows) -> tuple[tuple[Array, Array], Array]:
+    """Contribution of ranges to the normal equations of the core frames.
+
+    Returns:
+        ((block k k, block k+1 k), gradient) of shapes (c, nv, nv) and (c, nv).
+    """
+    square = jnp.einsum("nki,nkj->nij", x.now[:-1], x.now[:-1])
+    square = square + jnp.einsum("nki,nkj->nij", x.before[1:], x.before[1:])
+    coupling = jnp.einsum("nki,nkj->nij", x.now[1:], x.before[1:])
+    gradient = (x.now[:-1] * x.residual[:-1, :, None]).sum(1)
+    return (square, coupling), gradient + (x.before[1:] * x.residual[1:, :, None]).sum(1)
+
+
+def border(
+    layout: Layout, x: RangeRows
+) -> tuple[Float[Array, "c s 3 nv"], Float[Array, "s 3 3"], Float[Array, "s 3"]]:
+    """Coupling of ranges to the receivers' offsets, and what they say about these alone."""
+    selected = x.receiver[..., :, None] * x.offset[..., None, :]
+    n, k, s, _ = selected.shape
+    flat = selected.reshape(n, k, s * 3)
+    coupling = jnp.einsum("nkm,nkj->nmj", flat[:-1], x.now[:-1])
+    coupling = coupling + jnp.einsum("nkm,nkj->nmj", flat[1:], x.before[1:])
+    square = jnp.einsum("nks,nkp,nkq->spq", x.receiver[:-1], x.offset[:-1], x.offset[:-1])
+    slope = jnp.einsum("nks,nkp,nk->sp", x.receiver[:-1], x.offset[:-1], x.residual[:-1])
+    return coupling.reshape(n - 1, s, 3, -1), square, slope
 
 
 def _rows(

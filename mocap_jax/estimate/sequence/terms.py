@@ -29,6 +29,8 @@ class Built:
     weights: Weights
     rest_frames: np.ndarray
     """Frames of the declared rest hold."""
+    variances: dict[str, tuple[np.ndarray, np.ndarray]]
+    """Kind -> variances per residual of declared noise (inf where absent) and of model errors."""
 
 
 def build(
@@ -56,17 +58,17 @@ def build(
     reference, reference_information = _references(
         data, body, setup, options, rest, root_given=root_given
     )
-    force, force_information = _forces(data, setup, options)
+    force = _forces(data, options)
     rate = de_average(np.asarray(data.gyroscope))
     mean = mean_rate(rate)
+    zero = {
+        f"{name}_information": np.zeros(force.shape[:2]) for name in ("force", "rate", "orientation")
+    }
     terms = Terms(
         force=np.nan_to_num(force),
-        force_information=force_information,
         rate=np.nan_to_num(rate),
         mean_rate=np.nan_to_num(mean),
-        rate_information=_finite(mean) / setup.noise.gyroscope**2,
         orientation=_rotations(np.asarray(data.orientation)),
-        orientation_information=_finite(np.asarray(data.orientation)) / setup.noise.orientation**2,
         reference=reference,
         reference_information=reference_information,
         smoothness_information=_smoothness(data, body, options),
@@ -76,15 +78,16 @@ def build(
         user_data=user_data,
         user_mask=tuple(_user_mask(r, len(data.time)) for r in options.user_residuals),
         **_ranges(data, setup, layout, step),
+        **zero,
     )
     weights = Weights(
         np.asarray(step),
-        np.full((3, len(layout.sites)), options.noise.inertial_scale),
+        np.asarray(options.noise.inertial_scale),
         np.asarray(options.noise.range_scale),
         np.asarray(1.0),
         np.asarray(options.prior.limit_softness),
     )
-    return Built(layout, terms, weights, rest)
+    return Built(layout, terms, weights, rest, _variances(data, force, mean, setup, options))
 
 
 def _layout(data: FrameData, body: Body, options: OptimiseOptions) -> Layout:
@@ -110,8 +113,10 @@ def _layout(data: FrameData, body: Body, options: OptimiseOptions) -> Layout:
         use_rate=bool(rates),
         use_orientation=bool(orientations),
         use_range=bool(len(used)),
-        use_border=any((c.gyroscope_bias_sigma, c.accelerometer_bias_sigma, c.mounting_sigma))
-        and bool(inertial or rates or orientations),
+        use_border=bool(data.sites)
+        and any(
+            (c.gyroscope_bias_sigma, c.accelerometer_bias_sigma, c.mounting_sigma, c.offset_sigma)
+        ),
         force_weights=CONSISTENT if options.stencil == "consistent" else PLAIN,
         smoothness_order=options.prior.smoothness_order,
         inertial_loss=options.noise.inertial_loss,
@@ -126,20 +131,42 @@ def _finite(values: np.ndarray) -> np.ndarray:
     return np.isfinite(values).all(axis=-1).astype(float)
 
 
-def _forces(
-    data: FrameData, setup: Setup, options: OptimiseOptions
-) -> tuple[np.ndarray, np.ndarray]:
-    """De-averaged specific forces (t, s, 3) and the information of their residuals (t, s)."""
+def _forces(data: FrameData, options: OptimiseOptions) -> np.ndarray:
+    """De-averaged specific forces (t, s, 3)."""
     measured = np.asarray(data.accelerometer)
-    force = de_average(measured) if options.stencil == "consistent" else measured
+    return de_average(measured) if options.stencil == "consistent" else measured
+
+
+def _variances(
+    data: FrameData, force: np.ndarray, mean: np.ndarray, setup: Setup, options: OptimiseOptions
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Variances of declared noise (inf where a residual is absent) and of model errors."""
+    noise, model = setup.noise, options.noise
+    absent = lambda present, variance: np.where(present > 0, variance, np.inf)  # noqa: E731
     valid = _finite(force)
     around = np.zeros_like(valid)
     around[1:-1] = valid[:-2] * valid[1:-1] * valid[2:]
     rate = np.nan_to_num(np.asarray(data.gyroscope))
     turn = np.gradient(rate, float(data.step), axis=0)
-    arm = options.noise.lever_arm_sigma**2
-    model = arm * ((turn**2).sum(-1) + (rate**2).sum(-1) ** 2)
-    return force, around / (setup.noise.accelerometer**2 + model)
+    arm = model.lever_arm_sigma**2 * ((turn**2).sum(-1) + (rate**2).sum(-1) ** 2)
+    weight = np.asarray(data.range_weight)
+    like = np.ones_like
+    return {
+        "accelerometer": (
+            absent(around, noise.accelerometer**2), arm + model.accelerometer_model**2
+        ),
+        "gyroscope": (
+            absent(_finite(mean), noise.gyroscope**2), like(valid) * model.gyroscope_model**2
+        ),
+        "orientation": (
+            absent(_finite(np.asarray(data.orientation)), noise.orientation**2),
+            like(valid) * model.orientation_model**2,
+        ),
+        "range": (
+            absent(weight, noise.range**2 / np.maximum(weight, 1e-6) ** 2),
+            like(weight) * model.range_model**2,
+        ),
+    }  # fmt: skip
 
 
 def _rotations(quaternions: np.ndarray) -> np.ndarray:
@@ -156,7 +183,7 @@ def _ranges(data: FrameData, setup: Setup, layout: Layout, step: float) -> dict[
     distance = np.where(present, np.asarray(data.range_distance), 0.0)
     return {
         "range_distance": distance,
-        "range_information": (weight / setup.noise.range) ** 2,
+        "range_information": np.zeros_like(weight),
         "range_source": look_up(np.asarray(data.range_source)),
         "range_receiver": look_up(np.asarray(data.range_receiver)),
         "range_lead": np.asarray(data.range_lead),
