@@ -1,0 +1,1 @@
+"""What `scripts/benchmark` measures: speed, start-up and memory, each against a target."""

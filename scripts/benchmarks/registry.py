@@ -1,0 +1,20 @@
+"""All metrics by name, in the order in which they are measured."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from benchmarks.filter_speed import realtime_factor
+from benchmarks.iteration import border_ratio, over_lapack
+from benchmarks.memory import peak_memory
+from benchmarks.metric import Metric
+from benchmarks.start_up import cold_start, warm_overhead
+
+METRICS: dict[str, Callable[[], Metric]] = {
+    "optimise_iteration_over_lapack": over_lapack,
+    "border_cost_ratio": border_ratio,
+    "ekf_realtime_factor": realtime_factor,
+    "cold_start_s": cold_start,
+    "warm_overhead_s": warm_overhead,
+    "peak_memory_gb_20000_frames": peak_memory,
+}

@@ -1,0 +1,82 @@
+"""The whole-sequence problem of the last frames of a recording, ready to iterate."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import jax
+import numpy as np
+
+from mocap_jax.body import load_body
+from mocap_jax.estimate.initial_guess import constants_from, on_grid
+from mocap_jax.estimate.sequence.problem import SequenceProblem, State
+from mocap_jax.estimate.sequence.terms import build
+from mocap_jax.estimate.whole_sequence import _Run
+from mocap_jax.estimate.whole_sequence_options import ConstantsOptions, OptimiseOptions
+from mocap_jax.least_squares import Outcome, SolverOptions, minimise
+from mocap_jax.measurement import gather
+from mocap_jax.recording import Recording
+from mocap_jax.solution import Solution, Status
+
+_NO_BORDER = ConstantsOptions(0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A problem, a state to iterate from, and the size of both."""
+
+    problem: SequenceProblem
+    state: State
+    context: dict[str, int]
+
+    def iterate(self) -> None:
+        """One iteration as `optimise` does it: assemble, factor, solve, move, evaluate the cost.
+
+        Raises:
+            RuntimeError: it did not go through, so its time means nothing.
+        """
+        done: list[float] = []
+        result = minimise(
+            self.problem, self.state, SolverOptions(max_iterations=1),
+            lambda _, cost: done.append(cost),
+        )  # fmt: skip
+        # Not reported: the factorisation failed, and neither solve nor cost was timed.
+        if not done or result.outcome not in (Outcome.MAX_ITERATIONS, Outcome.CONVERGED):
+            raise RuntimeError(f"the iteration ended {result.outcome.value}: {result.message}")
+
+
+def prepare(recording: Recording, frames: int, *, border: bool) -> Prepared:
+    """The problem of the last `frames` frames (motion, not the rest hold), from the true poses.
+
+    Args:
+        recording: with truth and a measured root.
+        frames: how many.
+        border: solve for the sensors' constants too.
+    """
+    options = OptimiseOptions() if border else OptimiseOptions(constants=_NO_BORDER)
+    body = load_body(recording.body_xml, free_root=True)
+    whole = gather(recording, body)
+    data = jax.tree.map(lambda x: x[-frames:] if np.ndim(x) else x, whole)
+    built = build(data, body, recording.setup, options, root_given=True)
+    run = _Run(body, data, built, options)
+    truth = true_poses(recording)
+    state = State(on_grid(truth, body, np.asarray(data.time)), constants_from(truth, data.sensors))
+    run._set_levels(state, 0, 1)
+    present = int((np.asarray(data.range_weight) > 0).sum())
+    context = {
+        "frames": len(data.time), "dof": body.nv, "boards": len(data.sites), "ranges": present,
+        "constants": built.layout.constants,
+    }  # fmt: skip
+    return Prepared(run.problem, state, context)
+
+
+def true_poses(recording: Recording) -> Solution:
+    """The truth of a simulated recording in the shape of an estimate."""
+    return Solution(
+        trajectory=dataclasses.replace(recording.truth.trajectory, v=None),
+        body=load_body(recording.body_xml, free_root=True),
+        status=Status.CONVERGED,
+        method="truth",
+        setup=recording.setup,
+    )
