@@ -1,6 +1,6 @@
 """Solve a recording from a given guess and print the peak memory of this process as JSON.
 
-    python memory_process.py RECORDING.mcap GUESS.npz
+python memory_process.py RECORDING.mcap GUESS.npz
 """
 
 from __future__ import annotations

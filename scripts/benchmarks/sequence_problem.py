@@ -19,7 +19,9 @@ from mocap_jax.measurement import gather
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution, Status
 
-_NO_BORDER = ConstantsOptions(0.0, 0.0, 0.0)
+_NO_BORDER = ConstantsOptions(
+    **{f.name: 0.0 for f in dataclasses.fields(ConstantsOptions) if f.name.endswith("_sigma")}
+)
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,8 @@ def prepare(recording: Recording, frames: int, *, border: bool) -> Prepared:
     data = jax.tree.map(lambda x: x[-frames:] if np.ndim(x) else x, whole)
     built = build(data, body, recording.setup, options, root_given=True)
     run = _Run(body, data, built, options)
+    if built.layout.use_border != border:
+        raise RuntimeError(f"the problem should{'' if border else ' not'} have a border")
     truth = true_poses(recording)
     state = State(on_grid(truth, body, np.asarray(data.time)), constants_from(truth, data.sensors))
     run._set_levels(state, 0, 1)
