@@ -54,7 +54,7 @@ def transport(
     jacobian = so3.right_jacobian(delta[quat_v])
     blocks = vectors[quat_v]
     moved = jnp.einsum("nij,nj...->ni...", jacobian, blocks)
-    return vectors.at[quat_v].set(moved)
+    return vectors.at[quat_v].set(moved, unique_indices=True)
 
 
 def velocity_to_tangent(
@@ -63,11 +63,12 @@ def velocity_to_tangent(
     """Tangent vector of a small change dq of the coordinates (linear in dq)."""
     scalar_q, scalar_v = topology.scalar_index
     quat_q, quat_v = topology.quat_index
-    v = jnp.zeros(topology.nv, q.dtype).at[scalar_v].set(dq[scalar_q])
+    v = jnp.zeros(topology.nv, q.dtype).at[scalar_v].set(dq[scalar_q], unique_indices=True)
     if quat_q.size:
         quat = q[quat_q]
         local = so3.quat_multiply(so3.quat_conjugate(quat), dq[quat_q])[..., 1:]
-        v = v.at[quat_v].set(2.0 * local / (quat * quat).sum(-1, keepdims=True))
+        turn = 2.0 * local / (quat * quat).sum(-1, keepdims=True)
+        v = v.at[quat_v].set(turn, unique_indices=True)
     return v
 
 

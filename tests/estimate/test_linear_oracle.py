@@ -228,7 +228,7 @@ def _first_belief(d: Data) -> Belief:
     return Belief(*jnp.asarray(mean), jnp.asarray(P.reshape(3 * size, 3 * size)))
 
 
-def _correct(d: Data, belief: Belief, k: int, correct) -> Belief:  # noqa: ANN001
+def _correct(d: Data, belief: Belief, k: int, correct) -> Belief:
     """Poses measured at frame k; the accelerometer centred at k + 1, which sees a_k."""
     nv = d.body.nv
     size = nv + M
