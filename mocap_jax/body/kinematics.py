@@ -65,13 +65,20 @@ def frames(body: Body, q: Float[Array, "nq"]) -> Frames:
 def plain_frames(topology: Topology, parameters: _Parameters, q: Float[Array, "nq"]) -> Frames:
     """The same as `frames` without the tangent rule (JAX differentiates through the tree)."""
     body_pos, body_quat, joint_pos, joint_axis, qpos0 = parameters
-    joint_R, joint_t = _joint_motions(topology, joint_pos, joint_axis, q, q - qpos0)
-    local_R, local_t, before_R, before_t = _local_frames(
+    rotating = np.isin(topology.joint_types, (HINGE, BALL))
+    anchor = jnp.where(rotating[:, None], joint_pos, 0.0)
+    joint_R, joint_t = _joint_motions(topology, anchor, joint_axis, q, q - qpos0)
+    local_R, local_t, after_R, after_t = _local_frames(
         topology, body_pos, body_quat, joint_R, joint_t
     )
     R, p = _compose_levels(topology, local_R, local_t)
+    parent = np.array(topology.body_parent)[np.array(topology.joint_body)]
+    centre = after_t + so3.matvec3(after_R, anchor)
     angular, linear = _screws(
-        topology, joint_pos, joint_axis, R, p, joint_R, before_R, before_t
+        topology,
+        joint_axis,
+        so3.matmul3(R[parent], after_R),
+        p[parent] + so3.matvec3(R[parent], centre),
     )
     return Frames(R, p, angular, linear)
 
@@ -124,28 +131,44 @@ def _twists(mask: np.ndarray, out: Frames, v: Array) -> tuple[Array, Array]:
 
 
 def _joint_motions(
-    topology: Topology, joint_pos: Array, joint_axis: Array, q: Array, shift: Array
+    topology: Topology, anchor: Array, joint_axis: Array, q: Array, shift: Array
 ) -> tuple[Array, Array]:
     """Rotation and translation that each joint applies in its body's frame."""
-    R = jnp.broadcast_to(jnp.eye(3, dtype=q.dtype), (topology.njoint, 3, 3))
-    t = jnp.zeros((topology.njoint, 3), q.dtype)
     kinds = np.array(topology.joint_types)
     at = topology.joint_qpos
-    if (hinge := np.flatnonzero(kinds == HINGE)).size:
-        R = R.at[hinge].set(so3.exp(joint_axis[hinge] * shift[at[hinge], None]))
-    for kind, skip in ((BALL, 0), (FREE, 3)):
-        if (chosen := np.flatnonzero(kinds == kind)).size:
-            quat = q[at[chosen][:, None] + skip + np.arange(4)]
-            R = R.at[chosen].set(so3.quat_to_matrix(so3.quat_normalise(quat)))
-    rotating = np.flatnonzero((kinds == HINGE) | (kinds == BALL))
-    if rotating.size:
-        anchor = joint_pos[rotating]
-        t = t.at[rotating].set(anchor - so3.matvec3(R[rotating], anchor))
-    if (slide := np.flatnonzero(kinds == SLIDE)).size:
-        t = t.at[slide].set(joint_axis[slide] * shift[at[slide], None])
-    if (free := np.flatnonzero(kinds == FREE)).size:
-        t = t.at[free].set(q[at[free][:, None] + np.arange(3)])
-    return R, t
+    hinge, slide = np.flatnonzero(kinds == HINGE), np.flatnonzero(kinds == SLIDE)
+    free = np.flatnonzero(kinds == FREE)
+    quaternion = np.flatnonzero((kinds == BALL) | (kinds == FREE))
+    quat = q[topology.quat_index[0]]
+    R = _rows_of_joints(
+        jnp.eye(3, dtype=q.dtype),
+        [
+            (hinge, so3.exp(joint_axis[hinge] * shift[at[hinge], None])),
+            (quaternion, so3.quat_to_matrix(so3.quat_normalise(quat))),
+        ],
+        topology.njoint,
+    )
+    slid = _rows_of_joints(
+        jnp.zeros(3, q.dtype),
+        [
+            (slide, joint_axis[slide] * shift[at[slide], None]),
+            (free, q[at[free][:, None] + np.arange(3)]),
+        ],
+        topology.njoint,
+    )
+    return R, slid + anchor - so3.matvec3(R, anchor)
+
+
+def _rows_of_joints(
+    rest: Array, groups: list[tuple[np.ndarray, Array]], njoint: int
+) -> Array:
+    """One row per joint: that of its group, `rest` for joints of none (one gather, no scatter)."""
+    source = np.zeros(njoint, int)
+    start = 1
+    for joints, _ in groups:
+        source[joints] = start + np.arange(joints.size)
+        start += joints.size
+    return jnp.concatenate([rest[None], *(rows for _, rows in groups)])[source]
 
 
 def _slots(topology: Topology) -> np.ndarray:
@@ -158,7 +181,7 @@ def _slots(topology: Topology) -> np.ndarray:
 def _local_frames(
     topology: Topology, body_pos: Array, body_quat: Array, joint_R: Array, joint_t: Array
 ) -> tuple[Array, Array, Array, Array]:
-    """Frame of each body in its parent, and of each joint (before its motion) in that parent."""
+    """Frame of each body in its parent, and of each joint (after its motion) in that parent."""
     free_bodies = [b for b, t in zip(topology.joint_body, topology.joint_types, strict=True)
                    if t == FREE]  # fmt: skip
     fixed = np.ones(topology.nbody, bool)
@@ -166,15 +189,20 @@ def _local_frames(
     R = so3.quat_to_matrix(so3.quat_normalise(body_quat))
     R = jnp.where(fixed[:, None, None], R, jnp.eye(3, dtype=R.dtype))
     t = jnp.where(fixed[:, None], body_pos, 0.0)
-    before_R, before_t = jnp.zeros_like(joint_R), jnp.zeros_like(joint_t)
+    R_slots, t_slots = [R], [t]
+    # Rows of the slots laid end to end: where each body stands by now, and each joint.
+    body_row, joint_row = np.arange(topology.nbody), np.zeros(topology.njoint, int)
+    begin, rows = 0, topology.nbody
     for slot in _slots(topology).T:
         bodies = np.flatnonzero(slot >= 0)
         joints = slot[bodies]
-        R_now, t_now = R[bodies], t[bodies]
-        before_R, before_t = before_R.at[joints].set(R_now), before_t.at[joints].set(t_now)
-        R = R.at[bodies].set(so3.matmul3(R_now, joint_R[joints]))
-        t = t.at[bodies].set(t_now + so3.matvec3(R_now, joint_t[joints]))
-    return R, t, before_R, before_t
+        R_now, t_now = (x[-1][body_row[bodies] - begin] for x in (R_slots, t_slots))
+        R_slots.append(so3.matmul3(R_now, joint_R[joints]))
+        t_slots.append(t_now + so3.matvec3(R_now, joint_t[joints]))
+        begin, rows = rows, rows + bodies.size
+        body_row[bodies] = joint_row[joints] = np.arange(begin, rows)
+    R, t = jnp.concatenate(R_slots), jnp.concatenate(t_slots)
+    return R[body_row], t[body_row], R[joint_row], t[joint_row]
 
 
 def _compose_levels(topology: Topology, local_R: Array, local_t: Array) -> tuple[Array, Array]:
@@ -192,41 +220,24 @@ def _compose_levels(topology: Topology, local_R: Array, local_t: Array) -> tuple
 
 
 def _screws(
-    topology: Topology,
-    joint_pos: Array,
-    joint_axis: Array,
-    R: Array,
-    p: Array,
-    joint_R: Array,
-    before_R: Array,
-    before_t: Array,
+    topology: Topology, joint_axis: Array, R_world_joint: Array, centre: Array
 ) -> tuple[Array, Array]:
-    """World screws of all degrees of freedom."""
-    child = np.array(topology.joint_body)
-    parent = np.array(topology.body_parent)[child]
-    # World frame just before each joint's own motion; rotations about the anchor leave it fixed.
-    R_before = so3.matmul3(R[parent], before_R)
-    p_before = p[parent] + so3.matvec3(R[parent], before_t)
-    axis = so3.matvec3(R_before, joint_axis)
-    anchor = p_before + so3.matvec3(R_before, joint_pos)
-    after_R = so3.matmul3(R_before, joint_R)
-    angular, linear = [], []
-    for j, kind in enumerate(topology.joint_types):
-        if kind == HINGE:
-            angular.append(axis[j : j + 1])
-            linear.append(so3.cross(anchor[j : j + 1], axis[j : j + 1]))
-        elif kind == SLIDE:
-            angular.append(jnp.zeros_like(axis[j : j + 1]))
-            linear.append(axis[j : j + 1])
-        else:
-            axes = after_R[j].T
-            centre = p[child[j]] if kind == FREE else anchor[j]
-            if kind == FREE:
-                angular.append(jnp.zeros((3, 3), axes.dtype))
-                linear.append(jnp.eye(3, dtype=axes.dtype))
-            angular.append(axes)
-            linear.append(so3.cross(jnp.broadcast_to(centre, (3, 3)), axes))
-    return jnp.concatenate(angular), jnp.concatenate(linear)
+    """World screws of all degrees of freedom.
+
+    `R_world_joint` and `centre` are each joint's frame and fixed point after its own motion, which
+    leaves the axis of a hinge or slide as it was.
+    """
+    joint = topology.dof_joint
+    kind = np.array(topology.joint_types)[joint]
+    place = np.arange(topology.nv) - topology.joint_dof[joint]
+    single = np.isin(kind, (HINGE, SLIDE))[:, None]
+    eye = jnp.eye(3, dtype=joint_axis.dtype)
+    travels = ((kind == FREE) & (place < 3))[:, None]
+    axis = jnp.where(single, joint_axis[joint], eye[place % 3])
+    axis = jnp.where(travels, axis, so3.matvec3(R_world_joint[joint], axis))
+    turns = ~(travels | (kind == SLIDE)[:, None])
+    moment = so3.cross(centre[joint], axis)
+    return jnp.where(turns, axis, 0.0), jnp.where(turns, moment, axis)
 
 
 def site_frames(body: Body, q: Float[Array, "nq"]) -> SiteFrames:
