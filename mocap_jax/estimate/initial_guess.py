@@ -13,8 +13,10 @@ from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.estimate.sequence.layout import Constants
+from mocap_jax.initialise import rest_pose
 from mocap_jax.recording import Recording
-from mocap_jax.solution import Solution
+from mocap_jax.solution import Solution, Status
+from mocap_jax.trajectory import Trajectory
 
 
 def first_guess(
@@ -26,6 +28,29 @@ def first_guess(
         kinds=options.kinds, root=options.root, smooth=smooth, covariance=False
     )
     return ekf(recording, body, options=settings, progress=progress)
+
+
+def at_rest(recording: Recording, body: Body, time: np.ndarray, *, use_root: bool) -> Solution:
+    """The rest pose held for all times, with what the rest hold tells of the sensors."""
+    rest = rest_pose(recording, body, use_root=use_root)
+    constants = {
+        f"{key}/{name}": values[i]
+        for key, values in (
+            ("gyroscope_bias", rest.gyroscope_bias),
+            ("accelerometer_bias", rest.accelerometer_bias),
+            ("mounting_rotation", rest.mounting_rotation),
+        )
+        for i, name in enumerate(rest.sensors)
+    }
+    return Solution(
+        trajectory=Trajectory(time, np.tile(rest.q, (len(time), 1))),
+        body=body,
+        status=Status.FILTERED,
+        method="rest",
+        setup=recording.setup,
+        remarks=rest.remarks,
+        calibration=constants,
+    )
 
 
 def on_grid(initial: Solution, body: Body, time: np.ndarray) -> np.ndarray:

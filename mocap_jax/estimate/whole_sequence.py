@@ -13,7 +13,7 @@ from mocap_jax import linalg
 from mocap_jax.body import Body, load_body
 from mocap_jax.errors import InputError, SolveError
 from mocap_jax.estimate.compile_clock import CompileClock
-from mocap_jax.estimate.initial_guess import constants_from, first_guess, on_grid
+from mocap_jax.estimate.initial_guess import at_rest, constants_from, first_guess, on_grid
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.sequence.adapt import (
@@ -75,7 +75,9 @@ def optimise(
     with clock:
         body = _body(recording, body)
         root_given = _root_given(recording, options)
-        if initial is None:
+        if initial is None and options.initial == "orientation":
+            initial = _orientation_pass(recording, body, options, progress=progress)
+        elif initial is None:
             initial = first_guess(recording, body, options, progress=progress)
         data = gather(
             recording, body, kinds=options.kinds, root=root_given, rate_hz=options.rate_hz
@@ -101,6 +103,26 @@ def _body(recording: Recording, body: Body | None) -> Body:
             raise InputError("the recording carries no body.xml: pass a body")
         return load_body(recording.body_xml, free_root=True)
     return body if body.has_free_root else load_body(body.xml, free_root=True)
+
+
+def _orientation_pass(
+    recording: Recording, body: Body, options: OptimiseOptions, *, progress: bool
+) -> Solution:
+    """Whole-sequence solve with orientations and rates alone, from the rest pose."""
+    kinds = "".join(k for k in "GO" if k in options.kinds)
+    if not kinds:
+        raise InputError(
+            f"initial='orientation' needs rates or orientations, but kinds are '{options.kinds}'; "
+            "valid: ekf, ekf_smoothed"
+        )
+    start, end = recording.interval
+    still = at_rest(recording, body, np.array([start, end]), use_root=options.root != "free")
+    first = dataclasses.replace(
+        options, kinds=kinds, covariance=False, user_residuals=(),
+        noise=dataclasses.replace(options.noise, adapt=False),
+        constants=dataclasses.replace(options.constants, adapt=False),
+    )  # fmt: skip
+    return optimise(recording, body, initial=still, options=first, progress=progress)
 
 
 def _root_given(recording: Recording, options: OptimiseOptions) -> bool:
@@ -132,21 +154,26 @@ class _Run:
         rounds = self.options.noise.rounds if self._adapts() else 1
         result = Result(state, Outcome.MAX_ITERATIONS, ())
         with tqdm(desc="optimise", unit="iteration", disable=not progress) as bar:
-            for number in range(rounds):
-                changed = self._set_levels(result.state, number, rounds)
-                result = self._minimise(result.state, number == rounds - 1, bar)
-                if result.outcome in (Outcome.SINGULAR, Outcome.DIVERGED) or number == rounds - 1:
+            number, last = 0, rounds == 1
+            while True:
+                changed = self._set_levels(result.state, number, last=last)
+                result = self._minimise(result.state, bar, last=last)
+                if last or result.outcome in (Outcome.SINGULAR, Outcome.DIVERGED):
                     break
-                self.levels = re_estimate(
+                levels = re_estimate(
                     self.problem, result.state, self.built, changed, self.levels, self.options,
                     generator,
                 )  # fmt: skip
+                number += 1
+                last = number == rounds - 1 or (number > 1 and levels.close_to(self.levels))
+                self.levels = levels
         return self._solution(result, changed, recording, root_given=root_given)
 
     def _adapts(self) -> bool:
         return self.options.noise.adapt or self.options.constants.adapt
 
-    def _set_levels(self, state: State, number: int, rounds: int) -> dict[str, np.ndarray]:
+    def _set_levels(self, state: State, number: int, *, last: bool) -> dict[str, np.ndarray]:
+        """Whiten for the next round: noise levels, priors, gate and graduation at this state."""
         gate = self.problem.gate(state) if self.built.layout.use_range else None
         free = 6 if self.body.has_free_root else 0
         changed = information(self.built, gate, self.levels, free=free)
@@ -155,13 +182,11 @@ class _Run:
             self.levels, len(self.built.layout.sites)
         )
         mu = self.options.noise.range_mu
-        graduation = mu[min(number * len(mu) // rounds, len(mu) - 1)] if rounds > 1 else mu[-1]
-        if number == rounds - 1:
-            graduation = mu[-1]
+        graduation = mu[-1] if last else mu[min(number, len(mu) - 1)]
         self.problem.replace_weights(range_mu=graduation)
         return changed
 
-    def _minimise(self, state: State, last: bool, bar: tqdm) -> Result:
+    def _minimise(self, state: State, bar: tqdm, *, last: bool) -> Result:
         solver = self.options.solver
         if not last:
             # Rounds before the last only feed the noise estimate.

@@ -48,9 +48,9 @@ class NoiseOptions:
     distance, and constant over a recording."""
     adapt: bool = True
     """Lower the model errors, and the rest pose's, to what the recording shows."""
-    excess_margin: float = 10.0
+    excess_margin: float = 3.0
     """Model error kept, over the excess of residuals that is found (the poses follow most of it)."""
-    rounds: int = 4
+    rounds: int = 5
     """Solves with levels re-estimated in between."""
     inertial_loss: LossName = "huber"
     """Robust loss of accelerations, rates and orientations."""

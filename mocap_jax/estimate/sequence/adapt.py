@@ -34,6 +34,8 @@ _LEAST_REDUNDANCY = 0.02
 _DRAWS = 2
 # Excess variance, relative to the declared one, that chance may make.
 _CHANCE = 0.1
+# Ranges whose declared variance is below this many times the smallest count as trusted.
+_TRUSTED = 4.0
 KINDS = ("accelerometer", "gyroscope", "orientation", "range")
 _INFORMATION = {
     "accelerometer": "force_information",
@@ -55,6 +57,12 @@ class Levels:
     mounting: float
     offset: float
     rest: float
+
+    def close_to(self, other: Levels) -> bool:
+        """Whether another solve with these levels would change little."""
+        mine = [*self.share.values(), *(getattr(self, n) for n in (*_CONSTANTS, "rest"))]
+        theirs = [*other.share.values(), *(getattr(other, n) for n in (*_CONSTANTS, "rest"))]
+        return bool(np.allclose(mine, theirs, rtol=0.15, atol=1e-3))
 
 
 def declared_deviations(options: ConstantsOptions) -> dict[str, float]:
@@ -139,7 +147,12 @@ def re_estimate(
             images = [(a[kind] - here[kind]) / _PROBE for a in ahead]
             info = current[_INFORMATION[kind]]
             if (info > 0).any():
-                found = _excess(here[kind], images, info, built.variances[kind], kind, options)
+                variances = built.variances[kind]
+                found = (
+                    _range_excess(here[kind], images, info, variances)
+                    if kind == "range"
+                    else _inertial_excess(here[kind], images, info, variances, options)
+                )
                 share[kind] = min(1.0, options.noise.excess_margin * found)
         changes["share"] = share
         if len(built.rest_frames):
@@ -150,33 +163,53 @@ def re_estimate(
     return dataclasses.replace(levels, **changes)
 
 
-def _excess(
+def _inertial_excess(
     residual: np.ndarray,
     images: list[np.ndarray],
     info: np.ndarray,
     variances: tuple[np.ndarray, np.ndarray],
-    kind: str,
     options: OptimiseOptions,
 ) -> float:
-    """Share of the model error that explains the excess of the residuals over declared noise."""
-    noise = options.noise
-    loss = (noise.range_loss, noise.range_scale) if kind == "range" else (
-        noise.inertial_loss, noise.inertial_scale
-    )  # fmt: skip
-    width = 1 if kind == "range" else 3
-    total = lambda x: (x**2).reshape(*info.shape, -1).sum(-1)  # noqa: E731
-    robust = np.asarray(weight(loss[0], info * total(residual), loss[1])) * info
-    used = info > 0
-    leverage = (robust * np.mean([total(x) for x in images], axis=0)).sum()
-    count = width * (robust / np.where(used, info, 1.0)).sum()
-    redundancy = max(count - leverage, _LEAST_REDUNDANCY * count)
-    # Variance of unit weight, and what it would be were the declared noise all there is.
-    found = (robust * total(residual)).sum() / redundancy
-    declared, model = (np.where(used, v, 0.0) for v in variances)
-    expected = (robust * declared).sum() / robust.sum()
-    if found <= (1 + _CHANCE) * expected:
-        return 0.0
-    return float(np.sqrt((found - expected) * robust.sum() / max((robust * model).sum(), 1e-300)))
+    """Share of the model error that explains what residuals have beyond the declared noise.
+
+    Found per sensor; the median of the sensors counts, so that one bad board decides nothing.
+    """
+    total = lambda x: (x**2).sum(-1)  # noqa: E731
+    noise, used = options.noise, info > 0
+    robust = info * np.asarray(
+        weight(noise.inertial_loss, info * total(residual), noise.inertial_scale)
+    )
+    count = 3 * (robust / np.where(used, info, 1.0)).sum(0)
+    leverage = (robust * np.mean([total(x) for x in images], axis=0)).sum(0)
+    redundancy = np.maximum(count - leverage, _LEAST_REDUNDANCY * count)
+    present = count > 0
+    declared, model = (
+        (robust * np.where(used, v, 0.0)).sum(0)[present] / robust.sum(0)[present]
+        for v in variances
+    )
+    # Variances of single residuals: the weighted sum over the weights' share per degree of freedom.
+    found = (robust * total(residual)).sum(0)[present] / redundancy[present]
+    found *= count[present] / (3 * robust.sum(0)[present])
+    excess = np.where(found > (1 + _CHANCE) * declared, (found - declared) / model, 0.0)
+    return float(np.sqrt(np.median(excess.clip(0))))
+
+
+def _range_excess(
+    residual: np.ndarray,
+    images: list[np.ndarray],
+    info: np.ndarray,
+    variances: tuple[np.ndarray, np.ndarray],
+) -> float:
+    """The same for ranges, from the median size of the trusted ones (multipath stays out)."""
+    declared, model = variances
+    trusted = (info > 0) & (declared < _TRUSTED * np.min(declared))
+    if not trusted.any():
+        return 1.0
+    leverage = np.mean([(info * x**2)[trusted].mean() for x in images])
+    spread = np.median(np.abs(residual[trusted])) / 0.6745
+    found = spread**2 / max(1 - leverage, _LEAST_REDUNDANCY)
+    excess = found - (1 + _CHANCE) * np.median(declared[trusted])
+    return float(np.sqrt(max(excess, 0.0) / model[trusted].mean()))
 
 
 def _constants(

@@ -115,8 +115,9 @@ def chunk_model_gradient(
     weights: Weights,
     step: Float[Array, "n nv"],
     constants_step: Float[Array, "s 12"],
+    offset: Float[Array, ""],
 ) -> tuple[Float[Array, "n nv"], Float[Array, "s 12"]]:
-    """J'W(r + J x) of the residuals of one chunk, by the frames of its window and the constants.
+    """J'W(o r + J x) of the residuals of one chunk, by the frames of its window and the constants.
 
     Args:
         layout: shape of the problem.
@@ -127,6 +128,7 @@ def chunk_model_gradient(
         weights: scalars.
         step: x, by frame.
         constants_step: x, by sensor.
+        offset: o, 1 for the gradient of the model and 0 for the product with J'WJ.
     """
     base = parts(layout, body, q, constants, terms, weights)
     roots = [p.root for p in base]
@@ -139,7 +141,7 @@ def chunk_model_gradient(
     zero = (jnp.zeros_like(step), jnp.zeros_like(constants_step))
     residual, pull = jax.vjp(whitened, *zero)
     _, change = jax.jvp(whitened, zero, (step, constants_step))
-    return pull([r + c for r, c in zip(residual, change, strict=True)])
+    return pull([offset * r + c for r, c in zip(residual, change, strict=True)])
 
 
 def model_gradient(
@@ -148,8 +150,12 @@ def model_gradient(
     weights: Weights,
     x: Float[np.ndarray, "t nv"],
     z: Float[np.ndarray, "m"],
+    *,
+    offset: bool = True,
 ) -> tuple[Float[np.ndarray, "t nv"], Float[np.ndarray, "m"]]:
     """J'W(r + J (x, z)) of a whole sequence, without the priors on the constants.
+
+    Without `offset`, J'WJ (x, z).
 
     Args:
         layout: shape of the problem.
@@ -157,6 +163,7 @@ def model_gradient(
         weights: scalars.
         x: step of the frames.
         z: step of the constants; empty without a border.
+        offset: include r.
     """
     (t, nv), halo, size = x.shape, layout.halo, layout.chunk
     count = -(-t // size)
@@ -167,7 +174,7 @@ def model_gradient(
     for i, arguments in enumerate(chunks):
         rows = slice(i * size, i * size + size + 2 * halo)
         gradient, gradient_z = chunk_model_gradient(
-            layout, *arguments, weights, padded[rows], step_z
+            layout, *arguments, weights, padded[rows], step_z, float(offset)
         )
         out[rows] += np.asarray(gradient)
         out_z += np.asarray(gradient_z)
