@@ -1,85 +1,140 @@
-"""Iterative refinement of an arrow solve against a gradient that is better than the matrix.
+"""Solve an arrow system to the accuracy of J when J'J has lost it.
 
 The normal equations J'J square the condition number of J. A root seen through accelerations alone
 has one that grows like the square of the number of frames, so J'J loses the slow drifts in
-rounding: its factor still is a good preconditioner, not a good solution. Where the product
-J'(r + J x) can be formed from J itself, corrections by that factor bring the step back to the
-accuracy of an orthogonal factorisation (Bjorck 1987, corrected semi-normal equations).
+rounding, and its factor is a preconditioner rather than a solution. Conjugate gradients with
+products formed from J itself, J'(J x), bring the step to the accuracy of an orthogonal
+factorisation; they also remove the effect of a shift that made J'J positive definite again, in
+about as many iterations as there are modes below the shift (Bjorck 1996, ch. 7).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from jaxtyping import Float
 
-from mocap_jax.linalg.arrow import ArrowFactor, BorderBlocks, solve
+from mocap_jax.errors import SolveError
+from mocap_jax.linalg.arrow import ArrowFactor, BorderBlocks, factor, solve
 
-ModelGradient = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
-"""(x (t, d), z (m,)) -> gradient of the quadratic model there, J'(r + J (x, z)), same shapes."""
+_EPS = float(np.finfo(float).eps)
+
+
+class Model(Protocol):
+    """The quadratic model of a least-squares problem, from J and not from J'J."""
+
+    def __call__(
+        self, x: np.ndarray, z: np.ndarray, *, offset: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """J'(r + J (x, z)), or J'J (x, z) without `offset`; damping included in both.
+
+        x has shape (t, d), z (m,), and so have the results.
+        """
+        ...
 
 
 @dataclass(frozen=True)
 class Refined:
-    """A refined solution and how much was corrected."""
+    """A refined solution, and how it came about."""
 
     x: Float[np.ndarray, "t d"]
     z: Float[np.ndarray, "m"]
-    corrections: tuple[float, ...]
-    """Size of each correction over that of the solution, in the norm named in `refine`."""
+    steps: tuple[float, ...]
+    """Size of every step over that of the solution (largest entries, rad and m alike)."""
+    converged: bool
+    """Whether the last two steps were below the tolerance."""
 
-    @property
-    def error(self) -> float:
-        """Estimated relative error of the solution: the last correction times its contraction."""
-        if len(self.corrections) < 2:
-            return self.corrections[-1] if self.corrections else np.inf
-        before, last = self.corrections[-2:]
-        return last * min(1.0, last / before) if before else last
+
+def shifted_factor(
+    lower: np.ndarray,
+    corner: np.ndarray | None = None,
+    border: BorderBlocks | None = None,
+    *,
+    damping: float = 0.0,
+    attempts: int = 6,
+) -> tuple[ArrowFactor, float]:
+    """Factor an arrow matrix, shifted by as little as makes it positive definite in rounding.
+
+    Args:
+        lower: as for `factor`; not overwritten.
+        corner: as for `factor`.
+        border: as for `factor`.
+        damping: asked for in any case.
+        attempts: number of shifts to try; each is ten times the one before.
+
+    Returns:
+        The factor and the diagonal that was added beyond `damping` (0 if none was needed).
+
+    Raises:
+        SolveError: not even the largest shift helped.
+    """
+    largest = float(np.diagonal(lower[:, 0], axis1=1, axis2=2).max())
+    shifts = [0.0, *(_EPS * largest * 10.0**i for i in range(attempts))]
+    for i, shift in enumerate(shifts):
+        try:
+            return factor(lower, corner, border, damping=damping + shift), shift
+        except SolveError:
+            if i == len(shifts) - 1:
+                raise
+    raise AssertionError  # unreachable: the last attempt returns or raises
 
 
 def refine(
     f: ArrowFactor,
     border: BorderBlocks | None,
-    gradient: ModelGradient,
+    model: Model,
     x: Float[np.ndarray, "t d"],
     z: Float[np.ndarray, "m"],
     *,
     tolerance: float = 1e-8,
-    max_corrections: int = 6,
+    max_iterations: int = 30,
 ) -> Refined:
-    """Correct (x, z) until the next correction would be negligible.
+    """Minimise the quadratic model by conjugate gradients, preconditioned by a rounded factor.
 
-    Sizes are maximum norms over the tangent coordinates as they are [rad, m].
+    The gradient is formed anew in every iteration, so errors of the recursion do not pile up.
 
     Args:
-        f: factor of (rounded) J'J, damping included.
+        f: factor of (rounded, perhaps shifted) J'J, damping included.
         border: the blocks of B' that were factored.
-        gradient: gradient of the quadratic model, damping included.
-        x: solution of the frames' unknowns to start from.
-        z: of the constants.
-        tolerance: relative size of the next correction, as foreseen from the contraction, at
-            which to stop.
-        max_corrections: largest number of corrections.
-
-    Returns:
-        The best solution seen. Corrections that grow are not applied: `Refined.error` then says
-        that the factor is too poor to help.
+        model: products with J.
+        x: the frames' unknowns to start from, usually the plain solution.
+        z: the constants.
+        tolerance: relative size of a step below which two steps in a row end the iteration.
+        max_iterations: largest number of steps; each costs two products and one solve.
     """
-    sizes: list[float] = []
-    for _ in range(max_corrections):
-        slope, slope_z = gradient(x, z)
-        dx, dz = solve(f, -slope, -slope_z, border)
-        size = _largest(dx, dz) / max(_largest(x + dx, z + dz), 1e-300)
-        if not np.isfinite(size) or (sizes and size > 2 * sizes[-1]):
-            return Refined(x, z, (*sizes, size))
-        x, z = x + dx, z + dz
-        sizes.append(size)
-        if Refined(x, z, tuple(sizes)).error < tolerance:
+    size = x.size
+    join = lambda a, b: np.concatenate([a.ravel(), b])  # noqa: E731
+
+    def call(v: np.ndarray, *, offset: bool) -> np.ndarray:
+        return join(*model(v[:size].reshape(x.shape), v[size:], offset=offset))
+
+    def precondition(v: np.ndarray) -> np.ndarray:
+        return join(*solve(f, v[:size].reshape(x.shape), v[size:], border))
+
+    at, steps = join(x, z), []
+    residual = -call(at, offset=True)
+    towards = precondition(residual)
+    direction, power = towards, float(residual @ towards)
+    while len(steps) < max_iterations:
+        curvature = float(direction @ call(direction, offset=False))
+        if not curvature > 0 or not power > 0:
             break
-    return Refined(x, z, tuple(sizes))
+        length = power / curvature
+        at = at + length * direction
+        steps.append(_largest(length * direction) / max(_largest(at), 1e-300))
+        if max(steps[-2:]) < tolerance and len(steps) > 1:
+            break
+        before, residual = residual, -call(at, offset=True)
+        towards = precondition(residual)
+        # Polak and Ribiere's form forgives rounding in the preconditioner.
+        turn = max(float(towards @ (residual - before)) / power, 0.0)
+        power = float(residual @ towards)
+        direction = towards + turn * direction
+    done = len(steps) > 1 and max(steps[-2:]) < tolerance
+    return Refined(at[:size].reshape(x.shape), at[size:], tuple(steps), done)
 
 
-def _largest(x: np.ndarray, z: np.ndarray) -> float:
-    return max(float(np.abs(x).max(initial=0.0)), float(np.abs(z).max(initial=0.0)))
+def _largest(v: np.ndarray) -> float:
+    return float(np.abs(v).max(initial=0.0))

@@ -14,14 +14,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from mocap_jax import linalg, so3
+from mocap_jax import linalg
 from mocap_jax.body import Body, difference, load_body, retract, site_frames, site_motion
 from mocap_jax.body.tangent import velocity_to_tangent
-from mocap_jax.errors import SolveError
 from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
 from mocap_jax.estimate.sequence.model_gradient import model_gradient, moved_constants
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State
-from mocap_jax.linalg.refine import refine
+from mocap_jax.linalg.refine import refine, shifted_factor
 from mocap_jax.residuals.inertial import (
     CONSISTENT,
     acceleration_residual,
@@ -56,13 +55,16 @@ class StepErrors:
 
     frames: int
     border: bool
+    shift: float
+    """What had to be added to the diagonal for a Cholesky factorisation; 0 if nothing."""
     cholesky: float
-    """Plain solve with the assembled normal equations; NaN if their factorisation failed."""
+    """Plain solve with the assembled normal equations, shifted so."""
     refined: float
-    corrections: tuple[float, ...]
-    """Relative size of each correction of the refinement."""
+    """The same after refinement."""
     position: float
     """Largest error of a position after refinement [m]."""
+    steps: tuple[float, ...]
+    """Relative sizes of the refinement's steps."""
 
 
 def measure(frames: int, *, border: bool) -> StepErrors:
@@ -75,28 +77,26 @@ def measure(frames: int, *, border: bool) -> StepErrors:
     def error(x: np.ndarray, z: np.ndarray) -> float:
         return max(np.abs(x - x_true).max(), np.abs(z - z_true).max(initial=0.0)) / scale
 
-    try:
-        f = linalg.factor(equations.lower, equations.corner, equations.border)
-    except SolveError:
-        return StepErrors(frames, border, np.nan, np.nan, (), np.nan)
+    f, shift = shifted_factor(equations.lower, equations.corner, equations.border)
     x, z = linalg.solve(f, -equations.gradient, -equations.corner_gradient, equations.border)
-    plain = error(x, z)
-    slope = partial(_gradient, case)
-    refined = refine(f, equations.border, slope, x, z, tolerance=1e-9)
+    refined = refine(f, equations.border, partial(_model, case), x, z, tolerance=1e-7)
     off = float(np.abs(refined.x - x_true)[:, :3].max())
     return StepErrors(
-        frames, border, plain, error(refined.x, refined.z), refined.corrections, off
+        frames, border, shift, error(x, z), error(refined.x, refined.z), off, refined.steps
     )
 
 
-def _gradient(case: FreeRoot, x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Gradient of the quadratic model, from J."""
+def _model(
+    case: FreeRoot, x: np.ndarray, z: np.ndarray, *, offset: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Products with J, for the refinement."""
     problem = case.problem
     chunks = problem._inputs(case.state)
-    slope, slope_z = model_gradient(problem.layout, chunks, problem.weights, x, z)
+    slope, slope_z = model_gradient(problem.layout, chunks, problem.weights, x, z, offset=offset)
     if problem.layout.use_border:
         _, prior, square = problem._prior(case.state.constants)
-        slope_z = slope_z + (prior + np.einsum("sij,sj->si", square, z.reshape(prior.shape))).ravel()
+        pull = np.einsum("sij,sj->si", square, z.reshape(prior.shape)) + offset * prior
+        slope_z = slope_z + pull.ravel()
     return slope, slope_z
 
 
