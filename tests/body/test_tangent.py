@@ -77,7 +77,7 @@ def test_transport_agrees_with_finite_differences() -> None:
 
 
 def test_transport_of_a_matrix_is_that_of_its_columns() -> None:
-    columns = np.random.default_rng(5).normal(size=(body.nv, 4))
+    columns = jnp.asarray(np.random.default_rng(5).normal(size=(body.nv, 4)))
     moved = transport(topology, delta[4], columns)
     for k in range(4):
         expected = transport(topology, delta[4], columns[:, k])
@@ -108,7 +108,7 @@ def test_normalise() -> None:
 
 
 def test_derivatives_at_no_motion_are_finite_and_one() -> None:
-    for pose in q[:3]:
+    for pose in jnp.asarray(q[:3]):
         jacobian = jax.jacfwd(
             lambda d, pose=pose: difference(topology, pose, retract(topology, pose, d))
         )(jnp.zeros(body.nv))
