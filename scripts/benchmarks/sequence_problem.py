@@ -66,7 +66,7 @@ def prepare(recording: Recording, frames: int, *, border: bool) -> Prepared:
         raise RuntimeError(f"the problem should{'' if border else ' not'} have a border")
     truth = true_poses(recording)
     state = State(on_grid(truth, body, np.asarray(data.time)), constants_from(truth, data.sensors))
-    run._set_levels(state, 0, 1)
+    run._set_levels(state, 0, last=True)
     present = int((np.asarray(data.range_weight) > 0).sum())
     context = {
         "frames": len(data.time), "dof": body.nv, "boards": len(data.sites), "ranges": present,
