@@ -71,14 +71,13 @@ def shifted_factor(
         SolveError: not even the largest shift helped.
     """
     largest = float(np.diagonal(lower[:, 0], axis1=1, axis2=2).max())
-    shifts = [0.0, *(_EPS * largest * 10.0**i for i in range(attempts))]
-    for i, shift in enumerate(shifts):
+    *shifts, last = (0.0, *(_EPS * largest * 10.0**i for i in range(attempts)))
+    for shift in shifts:
         try:
             return factor(lower, corner, border, damping=damping + shift), shift
         except SolveError:
-            if i == len(shifts) - 1:
-                raise
-    raise AssertionError  # unreachable: the last attempt returns or raises
+            continue
+    return factor(lower, corner, border, damping=damping + last), last
 
 
 def refine(
@@ -88,8 +87,8 @@ def refine(
     x: Float[np.ndarray, "t d"],
     z: Float[np.ndarray, "m"],
     *,
-    tolerance: float = 1e-8,
-    max_iterations: int = 30,
+    tolerance: float = 1e-7,
+    max_iterations: int = 40,
 ) -> Refined:
     """Minimise the quadratic model by conjugate gradients, preconditioned by a rounded factor.
 

@@ -99,10 +99,8 @@ def run(seed: int, *, kinds: str = "AGD", seconds: float = 1.5) -> Errors:
     error = np.asarray(_differences(body, np.asarray(solution.trajectory.q), truth))
     P = np.asarray(solution.covariance)
     nees = np.einsum("ti,ti->t", error, np.linalg.solve(P, error[..., None])[..., 0]) / body.nv
-    off = [
-        (np.asarray(solution.calibration[k]) - constants[k]) / np.asarray(solution.calibration_std[k])
-        for k in constants
-    ]
+    found, deviation = solution.calibration, solution.calibration_std
+    off = [(np.asarray(found[k]) - constants[k]) / np.asarray(deviation[k]) for k in constants]
     return Errors(nees, float(np.mean(np.square(off))), solution.status)
 
 

@@ -7,6 +7,7 @@ weights of robust losses are those of the linearisation point, as in the normal 
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable
 from functools import partial
 from typing import NamedTuple
@@ -58,7 +59,7 @@ def parts(
     w = kinematics(layout, body, q, constants)
     out = _inertial(layout, body, w, constants, terms, weights, core)
     if layout.use_range:
-        ranges = range_terms.residuals(w, terms).residual[before][..., None]
+        ranges = range_terms.residuals(w, _apart(layout, terms)).residual[before][..., None]
         info = terms.range_information[core][..., None]
         out.append(Part(ranges, info, layout.range_loss, weights.range_scale, weights.range_mu))
     pose = pose_terms.residuals(layout, body, q, terms, weights)
@@ -93,6 +94,13 @@ def _inertial(
         for used, residual, info in kinds
         if used
     ]  # fmt: skip
+
+
+def _apart(layout: Layout, terms: Terms) -> Terms:
+    """Absent ranges between two different sites: pulling back through a zero distance gives NaN."""
+    other = (terms.range_source + 1) % max(len(layout.range_sites), 1)
+    receiver = jnp.where(terms.range_information > 0, terms.range_receiver, other)
+    return dataclasses.replace(terms, range_receiver=receiver)
 
 
 def moved_constants(c: Constants, d: Float[Array, "s 12"]) -> Constants:
