@@ -59,15 +59,19 @@ def estimate_rig(trial: RigTrial, options: OptimiseOptions = RIG_OPTIONS) -> Sol
     return optimise(trial.recording, trial.body, options=options, user_data=(whitening,))
 
 
-def relative_error(trial: RigTrial, relative: Float[np.ndarray, "t 4"]) -> float:
+def relative_error(
+    trial: RigTrial, relative: Float[np.ndarray, "t 4"], *, lost: bool = False
+) -> float:
     """RMS angle between estimated and reference R_first_second [deg], where it is known.
 
     Args:
         trial: with the reference.
         relative: estimated quaternions (wxyz) from the second to the first sensor's frame.
+        lost: count the samples where the optical reference jumps as well.
     """
-    first, second = trial.reference[trial.known, 0], trial.reference[trial.known, 1]
+    scored = np.isfinite(trial.reference).all((1, 2)) if lost else trial.known
+    first, second = trial.reference[scored, 0], trial.reference[scored, 1]
     reference = so3.quat_multiply(so3.quat_conjugate(first), second)
-    error = so3.quat_multiply(so3.quat_conjugate(reference), np.asarray(relative)[trial.known])
+    error = so3.quat_multiply(so3.quat_conjugate(reference), np.asarray(relative)[scored])
     angle = np.linalg.norm(np.asarray(so3.quat_log(error)), axis=-1)
     return float(np.rad2deg(np.sqrt((angle**2).mean())))
