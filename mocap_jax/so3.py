@@ -71,9 +71,7 @@ def _half_sinc(squared: Array) -> tuple[Array, Array]:
     safe = jnp.where(small, 1.0, squared)
     angle = jnp.sqrt(safe)
     cosine = jnp.where(small, 1.0 - squared / 8 + squared**2 / 384, jnp.cos(angle / 2))
-    ratio = jnp.where(
-        small, 0.5 - squared / 48 + squared**2 / 3840, jnp.sin(angle / 2) / angle
-    )
+    ratio = jnp.where(small, 0.5 - squared / 48 + squared**2 / 3840, jnp.sin(angle / 2) / angle)
     return cosine, ratio
 
 
@@ -152,9 +150,7 @@ def _right_jacobian_factors(squared: Array) -> tuple[Array, Array]:
     small = squared < 1e-4
     safe = jnp.where(small, 1.0, squared)
     angle = jnp.sqrt(safe)
-    first = jnp.where(
-        small, 0.5 - squared / 24 + squared**2 / 720, (1 - jnp.cos(angle)) / safe
-    )
+    first = jnp.where(small, 0.5 - squared / 24 + squared**2 / 720, (1 - jnp.cos(angle)) / safe)
     second = jnp.where(
         small, 1 / 6 - squared / 120 + squared**2 / 5040, (angle - jnp.sin(angle)) / (safe * angle)
     )

@@ -87,9 +87,7 @@ def test_products_and_cross_are_numpys() -> None:
     np.testing.assert_allclose(so3.matmul3(a, b), a @ b, atol=1e-14)
     np.testing.assert_allclose(so3.matvec3(a, x), np.einsum("nij,nj->ni", a, x), atol=1e-14)
     np.testing.assert_allclose(so3.cross(x, b[:, 0]), np.cross(x, b[:, 0]), atol=1e-15 * 4)
-    np.testing.assert_allclose(
-        so3.matvec3(so3.skew(x), b[:, 0]), np.cross(x, b[:, 0]), atol=1e-14
-    )
+    np.testing.assert_allclose(so3.matvec3(so3.skew(x), b[:, 0]), np.cross(x, b[:, 0]), atol=1e-14)
 
 
 def test_right_jacobian_agrees_with_finite_differences() -> None:
@@ -99,9 +97,7 @@ def test_right_jacobian_agrees_with_finite_differences() -> None:
         ahead = so3.quat_log(so3.quat_multiply(at, so3.quat_exp(vectors + e)))
         behind = so3.quat_log(so3.quat_multiply(at, so3.quat_exp(vectors - e)))
         expected = (ahead - behind) / (2 * step)
-        np.testing.assert_allclose(
-            so3.right_jacobian(vectors)[:, :, column], expected, atol=1e-9
-        )
+        np.testing.assert_allclose(so3.right_jacobian(vectors)[:, :, column], expected, atol=1e-9)
 
 
 def test_right_jacobian_inverse() -> None:

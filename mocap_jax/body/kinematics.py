@@ -159,9 +159,7 @@ def _joint_motions(
     return R, slid + anchor - so3.matvec3(R, anchor)
 
 
-def _rows_of_joints(
-    rest: Array, groups: list[tuple[np.ndarray, Array]], njoint: int
-) -> Array:
+def _rows_of_joints(rest: Array, groups: list[tuple[np.ndarray, Array]], njoint: int) -> Array:
     """One row per joint: that of its group, `rest` for joints of none (one gather, no scatter)."""
     source = np.zeros(njoint, int)
     start = 1

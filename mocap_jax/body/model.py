@@ -41,7 +41,7 @@ class Body:
     joint_pos: Float[Array, "njoint 3"]
     joint_axis: Float[Array, "njoint 3"]
     joint_range: Float[Array, "njoint 2"]
-    """Lower and upper limit [rad or m]; -inf, inf where unlimited; (0, max angle) for ball joints."""
+    """Lower and upper limit [rad or m]; -inf, inf where unlimited; (0, largest angle) for balls."""
     qpos0: Float[Array, "nq"]
     site_pos: Float[Array, "nsite 3"]
     site_quat: Float[Array, "nsite 4"]
@@ -160,7 +160,7 @@ def _refuse_unsupported(model: mujoco.MjModel, name: str) -> None:
         )
     if model.njnt == 0:
         raise InputError(
-            f"{name}: the body has no joints; it needs at least one free, ball, hinge or slide joint"
+            f"{name}: the body has no joints; it needs a free, ball, hinge or slide joint"
         )
 
 

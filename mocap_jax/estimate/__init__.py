@@ -2,6 +2,7 @@
 
 from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
+from mocap_jax.estimate.sequence.layout import UserResidual
 from mocap_jax.estimate.whole_sequence import optimise
 from mocap_jax.estimate.whole_sequence_options import (
     ConstantsOptions,
@@ -9,7 +10,6 @@ from mocap_jax.estimate.whole_sequence_options import (
     OptimiseOptions,
     PriorOptions,
 )
-from mocap_jax.estimate.sequence.layout import UserResidual
 
 __all__ = [
     "ConstantsOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions", "PriorOptions",

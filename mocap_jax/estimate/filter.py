@@ -82,7 +82,7 @@ def ekf(
         seconds_compile=clock.seconds,
         statistics=statistics,
         options=_option_record(options),
-        **_calibration(rest),
+        **_calibration(rest),  # type: ignore[arg-type]
     )
 
 

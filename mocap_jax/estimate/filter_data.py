@@ -61,9 +61,7 @@ def without_averaging(samples: np.ndarray) -> np.ndarray:
     return samples - np.nan_to_num(correction)
 
 
-def _places(
-    data: FrameData, heard: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, tuple[int, ...]]:
+def _places(data: FrameData, heard: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[int, ...]]:
     """Sources and receivers as places in the list of all sites that take part."""
     source, receiver = np.asarray(data.range_source), np.asarray(data.range_receiver)
     sites = np.unique(np.concatenate([source[heard], receiver[heard]]))

@@ -11,8 +11,8 @@ from mocap_jax.body import Body, difference, retract
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
-from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.estimate.sequence.layout import Constants
+from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.initialise import rest_pose
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution, Status
@@ -24,9 +24,7 @@ def first_guess(
 ) -> Solution:
     """Run the estimator that `options.initial` names."""
     smooth = options.initial == "ekf_smoothed"
-    settings = EkfOptions(
-        kinds=options.kinds, root=options.root, smooth=smooth, covariance=False
-    )
+    settings = EkfOptions(kinds=options.kinds, root=options.root, smooth=smooth, covariance=False)
     return ekf(recording, body, options=settings, progress=progress)
 
 

@@ -14,7 +14,6 @@ from mocap_jax.body import Body, load_body
 from mocap_jax.errors import InputError, SolveError
 from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.estimate.initial_guess import at_rest, constants_from, first_guess, on_grid
-from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.sequence.adapt import (
     Levels,
@@ -27,6 +26,7 @@ from mocap_jax.estimate.sequence.layout import CONSTANTS_PER_SENSOR
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State, constant_values
 from mocap_jax.estimate.sequence.statistics import residual_statistics
 from mocap_jax.estimate.sequence.terms import Built, build
+from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.least_squares import Outcome, Result, minimise
 from mocap_jax.measurement import FrameData, gather
 from mocap_jax.recording import Recording
@@ -134,9 +134,7 @@ def _root_given(recording: Recording, options: OptimiseOptions) -> bool:
 class _Run:
     """One solve: rounds of minimisation with noise levels re-estimated in between."""
 
-    def __init__(
-        self, body: Body, data: FrameData, built: Built, options: OptimiseOptions
-    ) -> None:
+    def __init__(self, body: Body, data: FrameData, built: Built, options: OptimiseOptions) -> None:
         self.body, self.data, self.built, self.options = body, data, built, options
         layout = built.layout
         self.levels = initial_levels(options)
@@ -232,16 +230,17 @@ class _Run:
                 self.problem.residuals(state), changed, self.built, self.data, self.body
             ),
             options=_record(self.options, self.levels),
-            **_calibration(state, deviations, self.data.sensors, use=layout.use_border),
+            **_calibration(state, deviations, self.data.sensors, use=layout.use_border),  # type: ignore[arg-type]
         )
 
     def _covariance(self, state: State) -> tuple[np.ndarray | None, np.ndarray]:
         layout = self.built.layout
         deviations = np.full((len(layout.sites), CONSTANTS_PER_SENSOR), np.nan)
-        equations = self.problem.linearise(state)
-        f = linalg.factor(equations.lower, equations.corner, equations.border, overwrite=True)
+        equations, f = self.problem.factorised(state)
         if layout.use_border:
-            deviations = np.sqrt(np.diag(linalg.corner_covariance(f))).reshape(-1, CONSTANTS_PER_SENSOR)
+            deviations = np.sqrt(np.diag(linalg.corner_covariance(f))).reshape(
+                -1, CONSTANTS_PER_SENSOR
+            )
         if not self.options.covariance:
             return None, deviations
         return linalg.marginals(f, equations.border), deviations

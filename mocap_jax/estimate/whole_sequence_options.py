@@ -49,7 +49,7 @@ class NoiseOptions:
     adapt: bool = True
     """Lower the model errors, and the rest pose's, to what the recording shows."""
     excess_margin: float = 3.0
-    """Model error kept, over the excess of residuals that is found (the poses follow most of it)."""
+    """Model error kept, over the excess of residuals that is found (poses follow most of it)."""
     rounds: int = 5
     """Solves with levels re-estimated in between."""
     inertial_loss: LossName = "huber"
@@ -71,7 +71,7 @@ class PriorOptions:
     smoothness_order: Literal[2, 3] = 2
     """2: white acceleration; 3: white jerk (one more block of bandwidth)."""
     smoothness_density: float = 60.0
-    """Spectral density of joint acceleration [rad^2/s^3] (order 2) or jerk [rad^2/s^5] (order 3)."""
+    """Spectral density of joint acceleration [rad^2/s^3], or jerk [rad^2/s^5] for order 3."""
     translation_density: float = 20.0
     """The same for root translation and slides [m^2/s^3, m^2/s^5]."""
     rest_sigma: float = 0.05

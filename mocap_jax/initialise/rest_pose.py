@@ -96,7 +96,7 @@ def rest_pose(
     measured = np.isfinite(gyro) & still.still & options.gyroscope_bias
     gyro_std = noise.gyroscope / np.sqrt(readings.count)[:, None]
     return RestEstimate(
-        **solved,
+        **solved,  # type: ignore[arg-type]
         gyroscope_bias=np.where(measured, gyro, 0.0),
         gyroscope_bias_std=np.where(measured, gyro_std, options.gyroscope_bias_sigma),
         sensors=sensors,

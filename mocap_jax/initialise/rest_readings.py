@@ -36,10 +36,10 @@ def rest_readings(recording: Recording, still: Still, use_root: bool) -> RestRea
     position, quat, root_count = np.full(3, np.nan), np.full(4, np.nan), 0
     if use_root and recording.root is not None:
         time = np.asarray(recording.root.time)
-        part = (time >= still.start) & (time <= still.end)
-        position = _mean(np.asarray(recording.root.position)[part])
-        quat = _mean_quaternion(np.asarray(recording.root.orientation)[part])
-        root_count = int(part.sum())
+        held = (time >= still.start) & (time <= still.end)
+        position = _mean(np.asarray(recording.root.position)[held])
+        quat = _mean_quaternion(np.asarray(recording.root.orientation)[held])
+        root_count = int(held.sum())
     return RestReadings(
         np.reshape(force, (-1, 3)),
         np.reshape(rate, (-1, 3)),

@@ -166,8 +166,6 @@ def euler_zxy_deg(R: Float[np.ndarray, "t 3 3"]) -> Float[np.ndarray, "t 3"]:
     cos_x = np.hypot(R[:, 0, 1], R[:, 1, 1])
     x = np.arctan2(R[:, 2, 1], cos_x)
     locked = cos_x < 1e-9
-    z = np.where(
-        locked, np.arctan2(R[:, 1, 0], R[:, 0, 0]), np.arctan2(-R[:, 0, 1], R[:, 1, 1])
-    )
+    z = np.where(locked, np.arctan2(R[:, 1, 0], R[:, 0, 0]), np.arctan2(-R[:, 0, 1], R[:, 1, 1]))
     y = np.where(locked, 0.0, np.arctan2(-R[:, 2, 0], R[:, 2, 2]))
     return np.unwrap(np.degrees(np.stack([z, x, y], axis=1)), axis=0, period=360.0)

@@ -156,9 +156,7 @@ def _read_body(contents: Contents) -> Body:
     return body.replace(**{name: device_put(value) for name, value in arrays.items()})
 
 
-def _read_covariance(
-    contents: Contents, trajectory: Trajectory
-) -> tuple[Trajectory, Array | None]:
+def _read_covariance(contents: Contents, trajectory: Trajectory) -> tuple[Trajectory, Array | None]:
     if not contents.payloads.get(_COVARIANCE):
         return trajectory, None
     stamps, covariance = pb.decode_covariances(contents.payloads[_COVARIANCE])

@@ -96,7 +96,7 @@ def transition(
 def _away(manifold: Manifold, dynamics: Dynamics, state: State) -> Array:
     """From the centre to the pose, where there is a pull."""
     away = manifold.difference(dynamics.centre, state.q)
-    return jnp.where(dynamics.pull > 0, away, 0.0)
+    return jnp.where(jnp.asarray(dynamics.pull) > 0, away, 0.0)
 
 
 def predict(manifold: Manifold, process: Process, dynamics: Dynamics, state: State) -> State:

@@ -1,7 +1,8 @@
 """Levenberg-Marquardt and Gauss-Newton on a manifold, for block-banded problems with a border.
 
 Knows no bodies: a problem is anything with `cost`, `linearise`, `move` and `unknowns`. Damping is
-by the identity and follows the gain ratio (Nielsen 1999; Madsen, Nielsen, Tingleff 2004, alg. 3.16).
+by the identity and follows the gain ratio (Nielsen 1999; Madsen, Nielsen, Tingleff 2004,
+algorithm 3.16).
 """
 
 from __future__ import annotations
@@ -36,7 +37,8 @@ class NormalEquations:
 class Problem(Protocol):
     """What the solver needs to know."""
 
-    unknowns: int
+    @property
+    def unknowns(self) -> int: ...
 
     def cost(self, state: Any) -> float: ...
 

@@ -1,8 +1,8 @@
 """Linear algebra of whole-sequence problems."""
 
 from mocap_jax.linalg.arrow import (
-    BorderBlocks,
     ArrowFactor,
+    BorderBlocks,
     backward,
     corner_covariance,
     factor,
@@ -15,7 +15,6 @@ from mocap_jax.linalg.arrow import (
 )
 
 __all__ = [
-    "ArrowFactor", "BorderBlocks", "backward", "corner_covariance", "factor", "forward", "marginals", "sample",
-    "solve",
-    "solve_banded", "solve_corner",
+    "ArrowFactor", "BorderBlocks", "backward", "corner_covariance", "factor", "forward",
+    "marginals", "sample", "solve", "solve_banded", "solve_corner",
 ]  # fmt: skip

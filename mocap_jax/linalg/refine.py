@@ -87,7 +87,7 @@ def refine(
     x: Float[np.ndarray, "t d"],
     z: Float[np.ndarray, "m"],
     *,
-    tolerance: float = 1e-7,
+    tolerance: float = 1e-8,
     max_iterations: int = 40,
 ) -> Refined:
     """Minimise the quadratic model by conjugate gradients, preconditioned by a rounded factor.
@@ -112,7 +112,8 @@ def refine(
     def precondition(v: np.ndarray) -> np.ndarray:
         return join(*solve(f, v[:size].reshape(x.shape), v[size:], border))
 
-    at, steps = join(x, z), []
+    steps: list[float] = []
+    at = join(x, z)
     residual = -call(at, offset=True)
     towards = precondition(residual)
     direction, power = towards, float(residual @ towards)

@@ -131,7 +131,5 @@ def site_state(body: Body, c: Chain, sites: tuple[int, ...]) -> SiteState:
     at, on = np.asarray(sites, int), bodies_of(body, sites)
     p, w, alpha = c.site_position[at], c.body_twist.angular[on], c.body_acceleration.angular[on]
     velocity = c.body_twist.linear[on] + so3.cross(w, p)
-    acceleration = (
-        c.body_acceleration.linear[on] + so3.cross(alpha, p) + so3.cross(w, velocity)
-    )
+    acceleration = c.body_acceleration.linear[on] + so3.cross(alpha, p) + so3.cross(w, velocity)
     return SiteState(c.site_rotation[at], p, w, alpha, velocity, acceleration)

@@ -98,12 +98,12 @@ def gather(
         accelerometer if "A" in kinds else np.full_like(accelerometer, np.nan),
         gyroscope if "G" in kinds else np.full_like(gyroscope, np.nan),
         orientation if "O" in kinds else np.full_like(orientation, np.nan),
-        *_ranges(ranges, body, site_of, time, step, recording.setup.pulse_interval),
-        root_position,
-        root_orientation,
-        names,
-        sites,
-        kinds,
+        **_ranges(ranges, body, site_of, time, step, recording.setup.pulse_interval),
+        root_position=root_position,
+        root_orientation=root_orientation,
+        sensors=names,
+        sites=sites,
+        kinds=kinds,
     )
 
 
@@ -148,8 +148,10 @@ def _resample(stream_time: np.ndarray, values: np.ndarray, time: np.ndarray) -> 
             out[inside] = CubicSpline(ts, xs)(np.clip(time[inside], ts[0], ts[-1]))
         else:
             inside = inside[np.abs(time[inside, None] - ts).min(axis=1) < tolerance]
-        nearest = np.abs(time[inside, None] - ts[None, :]).argmin(axis=1) if len(ts) < 4 else (
-            np.clip(np.searchsorted(ts, time[inside] - nominal / 2), 0, len(ts) - 1)
+        nearest = (
+            np.abs(time[inside, None] - ts[None, :]).argmin(axis=1)
+            if len(ts) < 4
+            else (np.clip(np.searchsorted(ts, time[inside] - nominal / 2), 0, len(ts) - 1))
         )
         same = np.abs(ts[nearest] - time[inside]) < tolerance
         out[inside[same]] = xs[nearest[same]]
@@ -190,7 +192,7 @@ def _ranges(
     time: np.ndarray,
     step: float,
     pulse_interval: float,
-) -> tuple[np.ndarray, ...]:
+) -> dict[str, np.ndarray]:
     """Distances, weights, source and receiver sites, leads: each of shape (t, k)."""
     receivers = len(stream.receiver_names) if stream is not None else 0
     width = int(np.ceil(step / pulse_interval - 1e-9)) * receivers
@@ -198,7 +200,7 @@ def _ranges(
     distance, weight, lead = np.ones(shape), np.zeros(shape), np.zeros(shape)
     source, receiver = np.zeros(shape, int), np.zeros(shape, int)
     if stream is None or not len(stream.time):
-        return distance, weight, source, receiver, lead
+        return _named(distance, weight, source, receiver, lead)
     source_site = np.array([_site(body, n, site_of) for n in stream.source_names])
     receiver_site = np.array([_site(body, n, site_of) for n in stream.receiver_names])
     position = (np.asarray(stream.time) - time[0]) / step
@@ -217,4 +219,17 @@ def _ranges(
     source[at] = source_site[np.asarray(stream.source)[chosen]]
     receiver[at] = receiver_site[np.asarray(stream.receiver)[chosen]]
     lead[at] = rows - position[chosen]
-    return distance, weight, source, receiver, lead
+    return _named(distance, weight, source, receiver, lead)
+
+
+def _named(
+    distance: np.ndarray, weight: np.ndarray, source: np.ndarray, receiver: np.ndarray,
+    lead: np.ndarray,
+) -> dict[str, np.ndarray]:  # fmt: skip
+    return {
+        "range_distance": distance,
+        "range_weight": weight,
+        "range_source": source,
+        "range_receiver": receiver,
+        "range_lead": lead,
+    }

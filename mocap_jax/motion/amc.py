@@ -173,5 +173,3 @@ def _root_pose(
     position = R_WORLD_FILE.apply(track[:, :3] * metres)
     R = R_WORLD_FILE * asf.R_file_root * Rotation.from_euler("xyz", track[:, 3:])
     return np.hstack([position, R.as_quat(scalar_first=True)])
-
-

@@ -153,9 +153,7 @@ def _moves(R: Rotation) -> bool:
     return bool((R[0].inv() * R).magnitude().max() > _STILL)
 
 
-def _skeleton(
-    bvh: Bvh, metres: float, rotations: list[Rotation], moving: list[bool]
-) -> Skeleton:
+def _skeleton(bvh: Bvh, metres: float, rotations: list[Rotation], moving: list[bool]) -> Skeleton:
     names = unique_xsens_names([joint.name for joint in bvh.joints])
     offsets = [_fixed_offset(bvh, i) * metres for i in range(len(bvh.joints))]
     bones = []

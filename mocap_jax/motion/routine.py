@@ -146,9 +146,7 @@ def _ball_swing(body: Body, joint: int, time: Float[np.ndarray, "t"]) -> Float[n
     return w * min(1.0, limit / largest)
 
 
-def _wander(
-    time: Float[np.ndarray, "t"], rest: Float[np.ndarray, "7"]
-) -> Float[np.ndarray, "t 7"]:
+def _wander(time: Float[np.ndarray, "t"], rest: Float[np.ndarray, "7"]) -> Float[np.ndarray, "t 7"]:
     """Root pose: sways by centimetres, turns by some 40 degrees, leans a little."""
     ends = _smooth_step((time - _STILL) / 4) * _smooth_step((DURATION - _STILL - time) / 4)
     wave = lambda f, phase: np.sin(2 * math.pi * f * time + phase)  # noqa: E731

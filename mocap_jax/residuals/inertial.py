@@ -122,13 +122,9 @@ def acceleration_jacobian(
         step: h [s].
         weights: of the three measured forces.
     """
-    turn = [
-        c * so3.matvec3(R, f) for c, R, f in zip(weights, rotation, force, strict=True)
-    ]
+    turn = [c * so3.matvec3(R, f) for c, R, f in zip(weights, rotation, force, strict=True)]
     bias = sum(c * R for c, R in zip(weights, rotation, strict=True))
-    mounting = sum(
-        so3.matmul3(so3.skew(x), R) for x, R in zip(turn, rotation, strict=True)
-    )
+    mounting = sum(so3.matmul3(so3.skew(x), R) for x, R in zip(turn, rotation, strict=True))
     alpha = jnp.array([1.0, -2.0, 1.0]) / step**2
     return AccelerationJacobian(alpha, jnp.stack(turn), bias, mounting)
 

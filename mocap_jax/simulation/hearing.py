@@ -110,9 +110,7 @@ def hear(
     power = (amplitude * path) ** 2
     strength = signal_confidence(amplitude, path, figures)
     continuity = continuity_confidence(flights.time, flights.source, path, strength, figures)
-    jitter = np.sqrt(
-        np.maximum(1.0, figures.strength_threshold / np.maximum(power, 1e-3))
-    )
+    jitter = np.sqrt(np.maximum(1.0, figures.strength_threshold / np.maximum(power, 1e-3)))
     direct = audible & (chosen == 0) & ~flights.occluded
     return HeardRanges(path, jitter, strength * continuity, direct)
 

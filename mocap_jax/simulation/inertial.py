@@ -60,9 +60,7 @@ def sample_inertial(
             np.clip(stream(seed, f"clock/{board}").standard_normal(), -1.5, 1.5)
         )
         kept = _kept(len(time), profile, stream(seed, f"loss/{board}"))
-        streams[board] = InertialStream(
-            time[kept] + offset, force[kept], rate[kept], missing[kept]
-        )
+        streams[board] = InertialStream(time[kept] + offset, force[kept], rate[kept], missing[kept])
         parameters |= {
             f"accelerometer_bias/{board}": errors.bias[0, i, :3],
             f"gyroscope_bias/{board}": errors.bias[0, i, 3:],

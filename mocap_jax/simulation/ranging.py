@@ -40,9 +40,7 @@ def sample_ranges(
     offset = profile.source_offset * stream(seed, "source_offset").standard_normal(
         len(suit.sources)
     )
-    parameters |= {
-        f"source_offset/{s.name}": x for s, x in zip(suit.sources, offset, strict=True)
-    }
+    parameters |= {f"source_offset/{s.name}": x for s, x in zip(suit.sources, offset, strict=True)}
     heard = _detections(flights, profile, options, seed)
     distance = heard.path * (options.speed_of_sound / speed) + offset[flights.source][:, None]
     if profile.white:

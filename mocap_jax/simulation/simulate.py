@@ -120,9 +120,7 @@ def _worn(
     loose = build_rig(body, boards, suit.source_sites, soft_tissue=True)
     q = np.zeros((len(performance.q), loose.model.nq))
     q[:, loose.coordinates] = performance.q
-    q[:, loose.tissue_coordinates] = wobble(
-        rig, spline, performance.time, boards, profile, seed
-    )
+    q[:, loose.tissue_coordinates] = wobble(rig, spline, performance.time, boards, profile, seed)
     return loose, PoseSpline(loose.topology, performance.time, q)
 
 

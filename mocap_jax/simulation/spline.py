@@ -37,9 +37,7 @@ class PoseSpline:
 
     def evaluate(
         self, time: Float[np.ndarray, "t"]
-    ) -> tuple[
-        Float[np.ndarray, "t nq"], Float[np.ndarray, "t nv"], Float[np.ndarray, "t nv"]
-    ]:
+    ) -> tuple[Float[np.ndarray, "t nq"], Float[np.ndarray, "t nv"], Float[np.ndarray, "t nv"]]:
         """Poses, velocities and accelerations at the given times [s]."""
         c, dc, ddc = self._position(time), self._velocity(time), self._acceleration(time)
         v = np.zeros((len(c), self.topology.nv))
@@ -66,6 +64,4 @@ def _rotation_rates(
 
 def _conjugate_product(p: np.ndarray, r: np.ndarray) -> np.ndarray:
     """Vector part of p* r (wxyz)."""
-    return (
-        p[..., :1] * r[..., 1:] - r[..., :1] * p[..., 1:] - np.cross(p[..., 1:], r[..., 1:])
-    )
+    return p[..., :1] * r[..., 1:] - r[..., :1] * p[..., 1:] - np.cross(p[..., 1:], r[..., 1:])

@@ -74,9 +74,7 @@ def sample_body(name: str, shared_data: Path | None = None) -> Body:
         return with_sites(human())
     if name == "cmu_asf":
         return with_sites(body_from_asf(shared_data / "cmu_mocap" / "02.asf"))
-    return load_body(
-        shared_data / "mjcf_humanoid_cmu" / "humanoid_CMU_V2020.xml", free_root=True
-    )
+    return load_body(shared_data / "mjcf_humanoid_cmu" / "humanoid_CMU_V2020.xml", free_root=True)
 
 
 def with_sites(body: Body) -> Body:

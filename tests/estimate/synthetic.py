@@ -38,7 +38,11 @@ def small_body() -> Body:
 
 
 def record(
-    *, seconds: float = 6.0, rate_hz: float = 140.0, noise: float = 1.0, seed: int = 0,
+    *,
+    seconds: float = 6.0,
+    rate_hz: float = 140.0,
+    noise: float = 1.0,
+    seed: int = 0,
     root: bool = True,
 ) -> Recording:
     """One second of rest, then sines on every degree of freedom, starting smoothly."""

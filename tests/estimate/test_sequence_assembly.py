@@ -19,16 +19,18 @@ from mocap_jax.residuals.inertial import CONSISTENT
 
 BODY = """<mujoco><worldbody><body name="pelvis" pos="0 0 1"><freejoint/><geom size=".1"/>
 <site name="s0" pos=".1 .2 .05" quat="1 .3 .2 .3"/>
-<body name="thigh" pos="0 .1 -.1"><joint type="ball"/><geom size=".1"/><site name="s1" pos="0 .1 -.2"/>
-<body name="shank" pos="0 0 -.4"><joint axis="0 1 .2" range="-1 .2" limited="true"/><geom size=".1"/>
+<body name="thigh" pos="0 .1 -.1"><joint type="ball"/><geom size=".1"/>
+<site name="s1" pos="0 .1 -.2"/><body name="shank" pos="0 0 -.4">
+<joint axis="0 1 .2" range="-1 .2" limited="true"/><geom size=".1"/>
 <site name="s2" pos=".1 0 -.2" quat="1 0 1 0"/></body></body>
 <body name="chest" pos="0 0 .3"><joint axis="1 0 0" pos="0 0 -.1"/><joint axis="0 0 1"/>
-<geom size=".1"/><site name="s3" pos=".1 0 .1"/><site name="source" pos=".1 .1 .2" quat="1 .2 0 .4"/>
+<geom size=".1"/><site name="s3" pos=".1 0 .1"/>
+<site name="source" pos=".1 .1 .2" quat="1 .2 0 .4"/>
 </body></body></worldbody></mujoco>"""
 T, S, K = 9, 4, 3
 
 
-def _user(body, window, data):  # noqa: ANN001, ANN202
+def _user(body, window, data):
     return jnp.array([window[0, 7] - window[1, 8] ** 2, window[2, 0] * data])
 
 
@@ -68,7 +70,9 @@ def make(order: int, *, losses: str = "none", user: bool = False, chunk: int = 1
     )  # fmt: skip
     weights = Weights(*(np.asarray(x) for x in (0.2, 1.5, 1.5, 1.0, 0.1)))
     constants = Constants(
-        0.1 * draw(S, 3), 0.2 * draw(S, 3), np.array(so3.exp(jnp.asarray(0.2 * draw(S, 3)))),
+        0.1 * draw(S, 3),
+        0.2 * draw(S, 3),
+        np.array(so3.exp(jnp.asarray(0.2 * draw(S, 3)))),
         0.05 * draw(S, 3),
     )
     problem = SequenceProblem(layout, body, terms, weights, np.zeros((S, 12)))
@@ -82,7 +86,9 @@ def moved(problem: SequenceProblem, state: State, delta: jax.Array):
     q = jax.vmap(lambda a, b: retract(layout.topology, a, b))(jnp.asarray(state.q), step)
     c = state.constants
     mounting = so3.matmul3(jnp.asarray(c.mounting), so3.exp(d[:, 6:9]))
-    return q, Constants(c.gyroscope_bias + d[:, :3], c.accelerometer_bias + d[:, 3:6], mounting, c.offset + d[:, 9:])
+    return q, Constants(
+        c.gyroscope_bias + d[:, :3], c.accelerometer_bias + d[:, 3:6], mounting, c.offset + d[:, 9:]
+    )
 
 
 def stacked_residuals(problem: SequenceProblem, state: State, delta: jax.Array) -> jax.Array:
@@ -113,7 +119,7 @@ def stacked_residuals(problem: SequenceProblem, state: State, delta: jax.Array) 
     return jnp.concatenate([p.ravel() for p in parts])
 
 
-def dense(equations, frames: int):  # noqa: ANN001, ANN201
+def dense(equations, frames: int):
     """Dense matrix of assembled normal equations."""
     lower, d = equations.lower, equations.lower.shape[2]
     m = len(equations.corner_gradient)

@@ -71,9 +71,7 @@ def test_small_recordings_round_trip(tmp_path) -> None:
 )
 def test_any_doubles_survive(tmp_path_factory, values, times, name) -> None:
     folder = tmp_path_factory.mktemp("io")
-    stream = InertialStream(
-        np.array(times) / 1e9, values[:, :3], values[:, 3:6], values[:, 6:]
-    )
+    stream = InertialStream(np.array(times) / 1e9, values[:, :3], values[:, 3:6], values[:, 6:])
     recording = dataclasses.replace(EMPTY, inertial={name: stream})
     write_recording(folder / "a.mcap", recording)
     again = read_recording(folder / "a.mcap").inertial[name]

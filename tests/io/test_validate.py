@@ -39,7 +39,10 @@ FAULTS = {
     "body.xml: .*not a valid MJCF": lambda r: replace(r, body_xml="<mujoco><b/></mujoco>"),
     "neither inertial nor range": lambda r: replace(r, inertial={}, ranges=None),
     "/inertial/pelvis: the stream is empty": lambda r: with_pelvis(
-        r, time=np.zeros(0), accelerometer=np.zeros((0, 3)), gyroscope=np.zeros((0, 3)),
+        r,
+        time=np.zeros(0),
+        accelerometer=np.zeros((0, 3)),
+        gyroscope=np.zeros((0, 3)),
         orientation=np.zeros((0, 4)),
     ),
     "goes backwards at sample 30": lambda r: with_pelvis(
@@ -51,9 +54,7 @@ FAULTS = {
     "1 time stamps are not finite": lambda r: with_pelvis(
         r, time=spoiled(r.inertial["pelvis"].time, 3, np.nan)
     ),
-    "probably g;": lambda r: with_pelvis(
-        r, accelerometer=np.tile([0.0, 0.0, 1.0], (60, 1))
-    ),
+    "probably g;": lambda r: with_pelvis(r, accelerometer=np.tile([0.0, 0.0, 1.0], (60, 1))),
     "check unit and gravity": lambda r: with_pelvis(
         r, accelerometer=np.tile([0.0, 0.0, 0.01], (60, 1))
     ),

@@ -32,7 +32,7 @@ def _dense(process: str, density: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return F, np.kron(np.diag([0, 0, 1.0]), np.diag(density * h))
     Q = np.zeros((3 * NV, 3 * NV))
     t = (np.arange(20000) + 0.5) / 20000 * h
-    for s in (h - t):
+    for s in h - t:
         g = np.array([s**2 / 2, s, 1.0])
         Q += np.kron(np.outer(g, g), np.diag(density)) * h / 20000
     return F, Q
@@ -123,7 +123,8 @@ def test_gate_limits_an_outlier_and_leaves_the_rest() -> None:
     H, variance = jnp.array([[1.0, 0, 0]]), jnp.array([0.1])
     used = jnp.array([True])
     pull = lambda r, gate: update(  # noqa: E731
-        FLAT, state, H, jnp.array([r]), variance, used, gate)[0].q[0]
+        FLAT, state, H, jnp.array([r]), variance, used, gate
+    )[0].q[0]
     assert pull(2.0, 4.0) == pull(2.0, 0.0)
     assert 0 < pull(50.0, 4.0) < 0.05 * pull(50.0, 0.0)
 

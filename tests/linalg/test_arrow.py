@@ -16,7 +16,9 @@ def random_arrow(t: int, d: int, b: int, m: int, seed: int = 0):
     rows = jacobian.shape[0] // t
     for k in range(t):
         last = min(t, k + b + 1)
-        jacobian[k * rows : (k + 1) * rows, k * d : last * d] = rng.normal(size=(rows, (last - k) * d))
+        jacobian[k * rows : (k + 1) * rows, k * d : last * d] = rng.normal(
+            size=(rows, (last - k) * d)
+        )
     jacobian[:, t * d :] = rng.normal(size=(jacobian.shape[0], m))
     dense = jacobian.T @ jacobian
     lower = np.zeros((t, b + 1, d, d))
@@ -27,14 +29,18 @@ def random_arrow(t: int, d: int, b: int, m: int, seed: int = 0):
     return dense, lower, dense[t * d :, t * d :], border
 
 
-@pytest.mark.parametrize(("t", "d", "b", "m"), [(7, 3, 2, 4), (1, 4, 2, 2), (9, 2, 3, 0), (6, 5, 1, 3)])
+@pytest.mark.parametrize(
+    ("t", "d", "b", "m"), [(7, 3, 2, 4), (1, 4, 2, 2), (9, 2, 3, 0), (6, 5, 1, 3)]
+)
 def test_solve_and_covariance_equal_dense(t: int, d: int, b: int, m: int) -> None:
     dense, lower, corner, border = random_arrow(t, d, b, m)
     blocks = (lambda k: border[k]) if m else None
     f = linalg.factor(lower, corner if m else None, blocks)
     rhs = np.random.default_rng(1).normal(size=t * d + m)
     x, z = linalg.solve(f, rhs[: t * d].reshape(t, d), rhs[t * d :], blocks)
-    np.testing.assert_allclose(np.concatenate([x.ravel(), z]), np.linalg.solve(dense, rhs), rtol=1e-9)
+    np.testing.assert_allclose(
+        np.concatenate([x.ravel(), z]), np.linalg.solve(dense, rhs), rtol=1e-9
+    )
     inverse = np.linalg.inv(dense)
     marginals = linalg.marginals(f, blocks)
     for k in range(t):

@@ -43,9 +43,7 @@ def body(request: pytest.FixtureRequest) -> Body:
     data: Path = request.getfixturevalue("shared_data")
     if request.param == "asf":
         return body_from_asf(data / "cmu_mocap" / "02.asf")
-    return load_body(
-        data / "mjcf_humanoid_cmu" / "humanoid_CMU_V2020.xml", free_root=True
-    )
+    return load_body(data / "mjcf_humanoid_cmu" / "humanoid_CMU_V2020.xml", free_root=True)
 
 
 def test_routine_moves_every_joint_smoothly_from_rest_to_rest(body: Body) -> None:

@@ -109,9 +109,7 @@ def bvh_reference(path: Path, row: int) -> dict[str, np.ndarray]:
     return found
 
 
-@pytest.mark.parametrize(
-    ("clip", "scale"), [("13_29.bvh", UNIT), ("60_13_salsa_60Hz.bvh", 0.01)]
-)
+@pytest.mark.parametrize(("clip", "scale"), [("13_29.bvh", UNIT), ("60_13_salsa_60Hz.bvh", 0.01)])
 def test_bvh_positions_follow_the_definition(shared_data: Path, clip: str, scale: float) -> None:
     path = shared_data / "cmu_mocap" / clip
     motion = load_motion(path)

@@ -116,9 +116,7 @@ def test_paper_noise_is_as_stated(motion, suit, ideal):
 
 
 def test_seeds_reproduce_and_differ(motion, suit):
-    first, second, other = (
-        simulate(motion, profile="field", suit=suit, seed=s) for s in (3, 3, 4)
-    )
+    first, second, other = (simulate(motion, profile="field", suit=suit, seed=s) for s in (3, 3, 4))
     for name in first.inertial:
         np.testing.assert_array_equal(
             first.inertial[name].accelerometer, second.inertial[name].accelerometer

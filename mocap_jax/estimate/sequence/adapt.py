@@ -78,9 +78,7 @@ def declared_deviations(options: ConstantsOptions) -> dict[str, float]:
 def initial_levels(options: OptimiseOptions) -> Levels:
     """The options' figures."""
     share = dict.fromkeys(KINDS, 1.0 if options.noise.model_errors else 0.0)
-    return Levels(
-        share, **declared_deviations(options.constants), rest=options.prior.rest_sigma
-    )
+    return Levels(share, **declared_deviations(options.constants), rest=options.prior.rest_sigma)
 
 
 def prior_information(levels: Levels, sensors: int) -> np.ndarray:
@@ -135,8 +133,7 @@ def re_estimate(
         options: of the optimiser.
         generator: for the posterior draws.
     """
-    equations = problem.linearise(state)
-    f = linalg.factor(equations.lower, equations.corner, equations.border, overwrite=True)
+    equations, f = problem.factorised(state)
     draws = [linalg.sample(f, equations.border, generator) for _ in range(_DRAWS)]
     here = problem.residuals(state)
     ahead = [problem.residuals(problem.move(state, _PROBE * x, _PROBE * z)) for x, z in draws]
@@ -157,7 +154,9 @@ def re_estimate(
         changes["share"] = share
         if len(built.rest_frames):
             rest = _rest(problem, state, draws, built, levels)
-            changes["rest"] = float(np.clip(rest, 1e-3 * options.prior.rest_sigma, options.prior.rest_sigma))
+            changes["rest"] = float(
+                np.clip(rest, 1e-3 * options.prior.rest_sigma, options.prior.rest_sigma)
+            )
     if options.constants.adapt and problem.layout.use_border:
         changes |= _constants(state, f, levels, options.constants)
     return dataclasses.replace(levels, **changes)

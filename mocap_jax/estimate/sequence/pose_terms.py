@@ -32,7 +32,9 @@ class PoseResiduals(NamedTuple):
     """Row i: the difference over frames i .. i + order."""
 
 
-def residuals(layout: Layout, body: Body, q: Array, terms: Terms, weights: Weights) -> PoseResiduals:
+def residuals(
+    layout: Layout, body: Body, q: Array, terms: Terms, weights: Weights
+) -> PoseResiduals:
     """All residuals on the poses of a chunk."""
     topology = layout.topology
     reference = jax.vmap(jax.vmap(lambda a, b: reference_residual(topology, a, b)))(
@@ -55,7 +57,11 @@ def limited_coordinates(body: Body) -> tuple[np.ndarray, Array, Array]:
     """Indices in q of all hinge and slide joints, and their limits."""
     kinds = np.array(body.topology.joint_types)
     chosen = np.flatnonzero((kinds == "hinge") | (kinds == "slide"))
-    return body.topology.joint_qpos[chosen], body.joint_range[chosen, 0], body.joint_range[chosen, 1]
+    return (
+        body.topology.joint_qpos[chosen],
+        body.joint_range[chosen, 0],
+        body.joint_range[chosen, 1],
+    )
 
 
 def losses(
@@ -169,7 +175,7 @@ def _add_smoothness(
     pad = jnp.concatenate([jnp.zeros(1), c, jnp.zeros(1)])
     scalar_weight = [pad[j] - pad[j + 1] for j in range(order + 1)]
     start, size = core.start, core.stop - core.start
-    ahead, behind = increment_jacobians(r.increments[:, quats]) if len(quats) else (None, None)
+    ahead, behind = increment_jacobians(r.increments[:, quats])
     # Information is stored at the second frame of the window, residual rows at the first.
     info = terms.smoothness_information[1 : 1 + r.smoothness.shape[0]]
 
@@ -184,9 +190,7 @@ def _add_smoothness(
         first = start - earlier
         rows = slice(first, first + size)
         wt, residual = info[rows], r.smoothness[rows]
-        gradient = gradient.at[:, scalars].add(
-            scalar_weight[earlier] * (wt * residual)[:, scalars]
-        )
+        gradient = gradient.at[:, scalars].add(scalar_weight[earlier] * (wt * residual)[:, scalars])
         if len(quats):
             jac = rotation_jacobian(earlier, first)
             pull = (jac * (wt * residual)[:, quats][..., :, None]).sum(-2)

@@ -9,14 +9,16 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from mocap_jax import so3
+from mocap_jax import linalg, so3
 from mocap_jax.body import Body, retract
+from mocap_jax.errors import SolveError
 from mocap_jax.estimate.sequence.assemble import (
     ChunkSystem,
     assemble_chunk,
@@ -72,7 +74,7 @@ class SequenceProblem:
         terms: Terms,
         weights: Weights,
         prior_information: Float[np.ndarray, "s 12"],
-        dtype: np.dtype = np.dtype(np.float64),
+        dtype: np.dtype | None = None,
     ) -> None:
         """Args:
         layout: shape of the problem.
@@ -84,7 +86,7 @@ class SequenceProblem:
         """
         self.frames = terms.force.shape[0]
         self.chunks = -(-self.frames // layout.chunk)
-        self.dtype = dtype
+        self.dtype = dtype = dtype or np.dtype(np.float64)
         self.layout = layout
         self.body = _cast(body, dtype)
         self.weights = _cast(weights, dtype)
@@ -101,7 +103,10 @@ class SequenceProblem:
     def replace_terms(self, **changes: np.ndarray) -> None:
         """Exchange measurement or information arrays of (t, ...) frames."""
         padded = {
-            name: _cast(pad_frames(value, self.layout, self.chunks, _frame_axis(name), edge=False), self.dtype)
+            name: _cast(
+                pad_frames(value, self.layout, self.chunks, _frame_axis(name), edge=False),
+                self.dtype,
+            )
             for name, value in changes.items()
         }  # fmt: skip
         self._terms = dataclasses.replace(self._terms, **padded)
@@ -165,6 +170,29 @@ class SequenceProblem:
         return NormalEquations(
             cost + prior_cost, lower, gradient, dense, (slope + prior_slope).ravel(), border
         )
+
+    def factorised(self, state: State) -> tuple[NormalEquations, linalg.ArrowFactor]:
+        """Normal equations at a state and their factor.
+
+        In single precision, rounding can exceed what weakly determined poses have; then as little
+        damping as works is added.
+
+        Raises:
+            SolveError: the equations are singular in double precision.
+        """
+        dampings = (0.0,) if self.dtype == np.float64 else (0.0, 1e0, 1e2, 1e4, 1e6)
+        for damping in dampings[:-1]:
+            try:
+                return self._factorised(state, damping)
+            except SolveError:
+                continue
+        return self._factorised(state, dampings[-1])
+
+    def _factorised(
+        self, state: State, damping: float
+    ) -> tuple[NormalEquations, linalg.ArrowFactor]:
+        e = self.linearise(state)
+        return e, linalg.factor(e.lower, e.corner, e.border, damping=damping, overwrite=True)
 
     def _systems(self, state: State) -> Iterator[tuple[int, ChunkSystem]]:
         """Chunk systems in order; the next one is computed while the caller copies this one."""
@@ -231,10 +259,10 @@ def _frame_axis(name: str) -> int:
     return 1 if name in ("reference", "reference_information") else 0
 
 
-def _cast(tree, dtype: np.dtype):  # noqa: ANN001, ANN202 - any pytree
+def _cast(tree: Any, dtype: np.dtype) -> Any:
     """Floating arrays of a pytree to one dtype, as JAX arrays."""
 
-    def one(x):  # noqa: ANN001, ANN202
+    def one(x: Any) -> jax.Array:
         x = jnp.asarray(x)
         return x.astype(dtype) if jnp.issubdtype(x.dtype, jnp.floating) else x
 

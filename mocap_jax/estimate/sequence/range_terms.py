@@ -94,7 +94,9 @@ def rows(
     receivers = terms.range_receiver[1:]
     index = jnp.arange(receivers.shape[0])[:, None]
     turn = w.range_rotation
-    axes = (1 - late)[..., None] * turn[index + 1, receivers] + late[..., None] * turn[index, receivers]
+    axes = (1 - late)[..., None] * turn[index + 1, receivers] + late[..., None] * turn[
+        index, receivers
+    ]
     along = (axes * r.direction[..., :, None]).sum(-2)
     return RangeRows(
         (root * _rows(layout, w, r, terms, 1, 1 - late, 1 - lead))[cut],

@@ -9,8 +9,8 @@ import numpy as np
 from mocap_jax import so3
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError
-from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.estimate.sequence.layout import Layout, Terms, UserResidual, Weights
+from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.initialise import declared_pose
 from mocap_jax.measurement import FrameData
 from mocap_jax.recording import Setup
@@ -62,7 +62,8 @@ def build(
     rate = de_average(np.asarray(data.gyroscope))
     mean = mean_rate(rate)
     zero = {
-        f"{name}_information": np.zeros(force.shape[:2]) for name in ("force", "rate", "orientation")
+        f"{name}_information": np.zeros(force.shape[:2])
+        for name in ("force", "rate", "orientation")
     }
     terms = Terms(
         force=np.nan_to_num(force),
@@ -93,7 +94,9 @@ def build(
 def _layout(data: FrameData, body: Body, options: OptimiseOptions) -> Layout:
     present = np.asarray(data.range_weight) > 0
     used = np.unique(
-        np.concatenate([np.asarray(data.range_source)[present], np.asarray(data.range_receiver)[present]])
+        np.concatenate(
+            [np.asarray(data.range_source)[present], np.asarray(data.range_receiver)[present]]
+        )
     )
     c = options.constants
     inertial = np.isfinite(np.asarray(data.accelerometer)).any()
@@ -235,9 +238,11 @@ def _put_root(
     if not known.any():
         raise InputError("root 'given', but the recording has no root pose; valid: --root free")
     # Between known frames the nearest pose stands in; its information is zero.
-    nearest = np.abs(np.arange(len(known))[:, None] - np.flatnonzero(known)).argmin(1) if (
-        not known.all()
-    ) else np.arange(len(known))
+    nearest = (
+        np.abs(np.arange(len(known))[:, None] - np.flatnonzero(known)).argmin(1)
+        if (not known.all())
+        else np.arange(len(known))
+    )
     chosen = np.flatnonzero(known)[nearest] if not known.all() else nearest
     reference[:, :3], reference[:, 3:7] = position[chosen], quat[chosen]
     information[:, :3] = known[:, None] / setup.noise.root_position**2
