@@ -79,7 +79,7 @@ def measure(frames: int, *, border: bool) -> StepErrors:
 
     f, shift = shifted_factor(equations.lower, equations.corner, equations.border)
     x, z = linalg.solve(f, -equations.gradient, -equations.corner_gradient, equations.border)
-    refined = refine(f, equations.border, partial(_model, case), x, z, tolerance=1e-7)
+    refined = refine(f, equations.border, partial(_model, case), x, z, tolerance=1e-8)
     off = float(np.abs(refined.x - x_true)[:, :3].max())
     return StepErrors(
         frames, border, shift, error(x, z), error(refined.x, refined.z), off, refined.steps
