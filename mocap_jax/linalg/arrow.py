@@ -20,9 +20,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import blas, lapack
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from mocap_jax.errors import SolveError
+
+# Looking for the libraries takes a millisecond: once, after SciPy has loaded them.
+_BLAS = ThreadpoolController()
 
 BorderBlocks = Callable[[int], np.ndarray]
 """Frame index -> that frame's block of B', shape (m, d), C order."""
@@ -78,7 +81,7 @@ def factor(
     schur += damping * np.eye(len(schur))
     diagonal = np.arange(d)
     recent: list[np.ndarray] = []
-    with threadpool_limits(limits=1, user_api="blas"):
+    with _BLAS.limit(limits=1, user_api="blas"):
         for k in range(t):
             panels[k, diagonal, diagonal] += damping
             upper = panels[k].T
@@ -125,7 +128,7 @@ def forward(f: ArrowFactor, rhs: np.ndarray) -> np.ndarray:
     """Solve U'y = rhs for H = U'U; rhs of shape (t, d) or (t, d, n)."""
     t, d, b = f.frames, f.block, f.half_bandwidth
     y = np.array(rhs, float)
-    with threadpool_limits(limits=1, user_api="blas"):
+    with _BLAS.limit(limits=1, user_api="blas"):
         for k in range(t):
             for j in range(1, min(b, k) + 1):
                 y[k] -= f.panels[k - j, j * d : (j + 1) * d] @ y[k - j]
@@ -137,7 +140,7 @@ def backward(f: ArrowFactor, rhs: np.ndarray) -> np.ndarray:
     """Solve U x = rhs for H = U'U; rhs of shape (t, d) or (t, d, n)."""
     t, d, b = f.frames, f.block, f.half_bandwidth
     x = np.array(rhs, float)
-    with threadpool_limits(limits=1, user_api="blas"):
+    with _BLAS.limit(limits=1, user_api="blas"):
         for k in range(t - 1, -1, -1):
             reach = min(b, t - 1 - k)
             if reach:
@@ -211,7 +214,7 @@ def marginals(f: ArrowFactor, border: BorderBlocks | None = None) -> np.ndarray:
     out = np.empty((t, d, d))
     root = np.zeros((0, 0))
     eye = np.eye(d, order="F")
-    with threadpool_limits(limits=1, user_api="blas"):
+    with _BLAS.limit(limits=1, user_api="blas"):
         for k in range(t - 1, -1, -1):
             reach = len(root) // d
             inverse = blas.dtrsm(1.0, f.panels[k, :d].T, eye, side=0, lower=0)
@@ -236,7 +239,7 @@ def _add_border_covariance(f: ArrowFactor, border: BorderBlocks, out: np.ndarray
     m = len(f.corner)
     coupled = np.empty((t, m, d))
     recent: list[np.ndarray] = []
-    with threadpool_limits(limits=1, user_api="blas"):
+    with _BLAS.limit(limits=1, user_api="blas"):
         for k in range(t):
             coupled[k] = _eliminate_border(f.panels, k, b, d, border(k), recent).T
             recent = [coupled[k].T, *recent[: b - 1]]

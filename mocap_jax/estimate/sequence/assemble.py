@@ -159,7 +159,7 @@ def chunk_border(
 ) -> Float[Array, "c m nv"]:
     """Blocks of B' of a chunk, from its compact border."""
     blocks = joint_border(sensor_dofs(layout), border, screws)
-    blocks = blocks.at[:, :, 9:].add(range_border)
+    blocks = blocks + jnp.pad(range_border, ((0, 0), (0, 0), (9, 0), (0, 0)))
     return blocks.reshape(blocks.shape[0], layout.constants, layout.topology.nv)
 
 

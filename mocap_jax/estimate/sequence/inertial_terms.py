@@ -133,6 +133,11 @@ def information(
     return total
 
 
+def _angular_rows(x: Array) -> Array:
+    """(..., 6, n) from its angular rows (..., 3, n); a scatter-add would not fuse."""
+    return jnp.concatenate([jnp.zeros_like(x), x], axis=-2)
+
+
 def _stack(ll: Array, lw: Array, wl: Array, ww: Array) -> Array:
     """6x6 blocks from their 3x3 parts (linear, angular)."""
     top = jnp.concatenate([ll, lw], axis=-1)
@@ -267,12 +272,12 @@ def _add_rate(
     blocks[0] = blocks[0] + angular(square[here] + square[before])
     blocks[1] = blocks[1] - angular(square[here])
     moment = pull[before] - pull[here]
-    gradient = total.gradient.at[..., 3:].add(moment)
+    gradient = total.gradient + _angular_rows(moment[..., None])[..., 0]
     border = total.border
     columns = _columns(jacobian.mounting, gyroscope=jacobian.bias)
     if layout.use_border:
         coupled = _matmul(_transpose(weighted_turn), columns)
-        border = border.at[..., 3:, :].add(coupled[before] - coupled[here])
+        border = border + _angular_rows(coupled[before] - coupled[here])
     size = core.stop - core.start
     corner, corner_gradient = _corner(layout, total, columns, info, r.rate, core.start, size)
     return SiteInformation(tuple(blocks), gradient, border, corner, corner_gradient)
@@ -297,11 +302,11 @@ def _add_orientation(
     blocks = list(total.blocks)
     blocks[0] = blocks[0] + _stack(zero, zero, zero, square)
     pull = (weighted_turn * residual[..., :, None]).sum(axis=-2)
-    gradient = total.gradient.at[..., 3:].add(pull)
+    gradient = total.gradient + _angular_rows(pull[..., None])[..., 0]
     border = total.border
     columns = _columns(inverse)
     if layout.use_border:
-        border = border.at[..., 3:, :].add(_matmul(_transpose(weighted_turn), columns))
+        border = border + _angular_rows(_matmul(_transpose(weighted_turn), columns))
     size = core.stop - core.start
     corner, corner_gradient = _corner(layout, total, columns, info, residual, 0, size)
     return SiteInformation(tuple(blocks), gradient, border, corner, corner_gradient)

@@ -98,7 +98,7 @@ def add_normal_blocks(
     parts[0], gradient = _add_references(layout, parts[0], gradient, r, terms, core)
     parts[0], gradient = _add_limits(layout, body, parts[0], gradient, r, terms, core)
     parts, gradient = _add_smoothness(layout, parts, gradient, r, terms, weights, core)
-    return [_scatter(layout, b, p) for b, p in zip(blocks, parts, strict=True)], gradient
+    return [_spread(layout, b, p) for b, p in zip(blocks, parts, strict=True)], gradient
 
 
 def _zero_part(layout: Layout, core: slice, dtype: jnp.dtype) -> _Banded:
@@ -109,12 +109,40 @@ def _zero_part(layout: Layout, core: slice, dtype: jnp.dtype) -> _Banded:
     )
 
 
-def _scatter(layout: Layout, block: Array, part: _Banded) -> Array:
-    scalars, quats = layout.topology.scalar_index[1], layout.topology.quat_index[1]
-    block = block.at[:, scalars, scalars].add(part.scalar)
-    if len(quats):
-        block = block.at[:, quats[:, :, None], quats[:, None, :]].add(part.rotation)
-    return block
+def _spread(layout: Layout, block: Array, part: _Banded) -> Array:
+    """Add a separable contribution to dense blocks.
+
+    Every row has at most three entries, in known columns. Multiplying by constant masks fuses into
+    one vectorised pass; a scatter walks its indices one by one and copies the blocks.
+    """
+    entries, columns = _places(layout)
+    size = part.scalar.shape[0]
+    flat = jnp.concatenate(
+        [part.scalar, part.rotation.reshape(size, -1), jnp.zeros((size, 1), block.dtype)], axis=1
+    )
+    rows = flat[:, entries]
+    inside = columns[:, :, None] == np.arange(block.shape[-1])
+    masks = jnp.asarray(inside, block.dtype)
+    return block + sum(rows[:, :, m, None] * masks[:, m] for m in range(3))
+
+
+def _places(layout: Layout) -> tuple[np.ndarray, np.ndarray]:
+    """Where the entries (nv, 3) of each row are in a flat part, and their columns (-1: none)."""
+    (_, scalars), (_, quats) = layout.topology.scalar_index, layout.topology.quat_index
+    nothing = len(scalars) + 9 * len(quats)
+    entries = np.full((layout.topology.nv, 3), nothing)
+    columns = np.full((layout.topology.nv, 3), -1)
+    entries[scalars, 0], columns[scalars, 0] = np.arange(len(scalars)), scalars
+    entries[quats] = len(scalars) + np.arange(9 * len(quats)).reshape(-1, 3, 3)
+    columns[quats] = quats[:, None, :]
+    return entries, columns
+
+
+def _join(layout: Layout, scalar: Array, rotation: Array) -> Float[Array, "c nv"]:
+    """Gradient from its scalar and rotation parts (a permutation)."""
+    (_, scalars), (_, quats) = layout.topology.scalar_index, layout.topology.quat_index
+    order = np.argsort(np.concatenate([scalars, quats.ravel()]))
+    return jnp.concatenate([scalar, rotation.reshape(len(scalar), -1)], axis=1)[:, order]
 
 
 def _add_references(
@@ -124,13 +152,10 @@ def _add_references(
     info, residual = terms.reference_information[:, core], r.reference[:, core]
     weighted = info * residual
     scalar = part.scalar + info[..., scalars].sum(0)
-    gradient = gradient.at[:, scalars].add(weighted[..., scalars].sum(0))
-    rotation = part.rotation
-    if len(quats):
-        inverse = right_jacobian_inverse(residual[..., quats])
-        rotation = rotation + _congruence(inverse, info[..., quats], inverse).sum(0)
-        pull = (inverse * weighted[..., quats][..., :, None]).sum(-2)
-        gradient = gradient.at[:, quats].add(pull.sum(0))
+    inverse = right_jacobian_inverse(residual[..., quats])
+    rotation = part.rotation + _congruence(inverse, info[..., quats], inverse).sum(0)
+    pull = (inverse * weighted[..., quats][..., :, None]).sum(-2)
+    gradient = gradient + _join(layout, weighted[..., scalars].sum(0), pull.sum(0))
     return _Banded(scalar, rotation), gradient
 
 
@@ -152,11 +177,19 @@ def _add_limits(
     if not len(joint_q):
         return part, gradient
     all_q, all_v = layout.topology.scalar_index
-    place = np.searchsorted(all_q, joint_q)
     value, slope = r.limits[core], r.limit_slopes[core]
     info = terms.limit_information[core][:, None]
-    scalar = part.scalar.at[:, place].add(info * slope**2)
-    return _Banded(scalar, part.rotation), gradient.at[:, all_v[place]].add(info * slope * value)
+    scalar = part.scalar + _among(info * slope**2, np.searchsorted(all_q, joint_q), len(all_q))
+    place = all_v[np.searchsorted(all_q, joint_q)]
+    pull = _among(info * slope * value, place, gradient.shape[1])
+    return _Banded(scalar, part.rotation), gradient + pull
+
+
+def _among(values: Float[Array, "c m"], place: np.ndarray, width: int) -> Float[Array, "c w"]:
+    """Columns put at given places, zeros elsewhere."""
+    source = np.full(width, values.shape[1])
+    source[place] = np.arange(values.shape[1])
+    return jnp.pad(values, ((0, 0), (0, 1)))[:, source]
 
 
 def _add_smoothness(
@@ -190,11 +223,12 @@ def _add_smoothness(
         first = start - earlier
         rows = slice(first, first + size)
         wt, residual = info[rows], r.smoothness[rows]
-        gradient = gradient.at[:, scalars].add(scalar_weight[earlier] * (wt * residual)[:, scalars])
+        weighted = wt * residual
+        pull = jnp.zeros((size, 0, 3), gradient.dtype)
         if len(quats):
             jac = rotation_jacobian(earlier, first)
-            pull = (jac * (wt * residual)[:, quats][..., :, None]).sum(-2)
-            gradient = gradient.at[:, quats].add(pull)
+            pull = (jac * weighted[:, quats][..., :, None]).sum(-2)
+        gradient = gradient + _join(layout, scalar_weight[earlier] * weighted[:, scalars], pull)
         for later in range(earlier, order + 1):
             o = later - earlier
             scalar = scalar_weight[later] * scalar_weight[earlier] * wt[:, scalars]

@@ -92,6 +92,7 @@ class SequenceProblem:
         self.weights = _cast(weights, dtype)
         self.prior_information = prior_information
         self._terms = self._pad(terms)
+        self._cuts: list[Terms] | None = None
         self._lower: np.ndarray | None = None
         self._retract = jax.jit(jax.vmap(lambda a, d: retract(layout.topology, a, d)))
 
@@ -110,6 +111,7 @@ class SequenceProblem:
             for name, value in changes.items()
         }  # fmt: skip
         self._terms = dataclasses.replace(self._terms, **padded)
+        self._cuts = None
 
     def replace_weights(self, **changes: np.ndarray | float) -> None:
         """Exchange scalars of the traced part."""
@@ -129,12 +131,15 @@ class SequenceProblem:
 
     def _inputs(self, state: State) -> Iterator[tuple]:
         """Arguments of the traced functions, chunk by chunk."""
-        q = _cast(pad_frames(state.q, self.layout, self.chunks, 0, edge=True), self.dtype)
+        # Cut in NumPy: slicing two dozen JAX arrays one by one costs as much as the cost itself.
+        q = pad_frames(np.asarray(state.q, self.dtype), self.layout, self.chunks, 0, edge=True)
         constants = _cast(state.constants, self.dtype)
-        for i in range(self.chunks):
+        if self._cuts is None:
+            self._cuts = [cut(self._terms, self.layout, i) for i in range(self.chunks)]
+        for i, terms in enumerate(self._cuts):
             first = i * self.layout.chunk
             rows = q[first : first + self.layout.chunk + 2 * self.layout.halo]
-            yield self.body, rows, constants, cut(self._terms, self.layout, i)
+            yield self.body, rows, constants, terms
 
     def cost(self, state: State) -> float:
         """Half the sum of robust squared whitened residuals, priors included."""

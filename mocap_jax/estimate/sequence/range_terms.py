@@ -15,6 +15,9 @@ from mocap_jax.estimate.sequence.window import Window, range_dofs, sensor_of_ran
 from mocap_jax.residuals.ranges import faces_receiver, point_wrench, range_residual
 from mocap_jax.residuals.robust import loss, weight
 
+# Most ranges a frame whose products are written out; beyond, the program would grow too long.
+_UNROLLED = 40
+
 
 class RangeResiduals(NamedTuple):
     """Residuals of frames 1 .. n - 1 of a chunk; each belongs to the interval before its frame."""
@@ -113,11 +116,17 @@ def normal_blocks(x: RangeRows) -> tuple[tuple[Array, Array], Array]:
     Returns:
         ((block k k, block k+1 k), gradient) of shapes (c, nv, nv) and (c, nv).
     """
-    square = jnp.einsum("nki,nkj->nij", x.now[:-1], x.now[:-1])
-    square = square + jnp.einsum("nki,nkj->nij", x.before[1:], x.before[1:])
-    coupling = jnp.einsum("nki,nkj->nij", x.now[1:], x.before[1:])
+    square = _gram(x.now[:-1], x.now[:-1]) + _gram(x.before[1:], x.before[1:])
+    coupling = _gram(x.now[1:], x.before[1:])
     gradient = (x.now[:-1] * x.residual[:-1, :, None]).sum(1)
     return (square, coupling), gradient + (x.before[1:] * x.residual[1:, :, None]).sum(1)
+
+
+def _gram(a: Float[Array, "n k i"], b: Float[Array, "n k j"]) -> Float[Array, "n i j"]:
+    """a' b per frame, as rank-one terms that fuse into one loop."""
+    if a.shape[1] > _UNROLLED:
+        return jnp.einsum("nki,nkj->nij", a, b)
+    return sum(a[:, k, :, None] * b[:, k, None, :] for k in range(a.shape[1]))
 
 
 def border(
