@@ -33,6 +33,9 @@ from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution, Status
 from mocap_jax.trajectory import Trajectory
 
+# Frames beyond which a free root's drift is lost in the rounding of J'J (condition ~ frames^4).
+_LONG = 300
+
 _STATUS = {
     Outcome.CONVERGED: Status.CONVERGED,
     Outcome.MAX_ITERATIONS: Status.MAX_ITERATIONS,
@@ -85,7 +88,7 @@ def optimise(
         built = build(
             data, body, recording.setup, options, root_given=root_given, user_data=user_data
         )
-        run = _Run(body, data, built, options)
+        run = _Run(body, data, built, options, root_given=root_given)
         state = State(on_grid(initial, body, data.time), constants_from(initial, data.sensors))
         solution = run.solve(state, recording, root_given=root_given, progress=progress)
     seconds = time.perf_counter() - begin
@@ -134,16 +137,26 @@ def _root_given(recording: Recording, options: OptimiseOptions) -> bool:
 class _Run:
     """One solve: rounds of minimisation with noise levels re-estimated in between."""
 
-    def __init__(self, body: Body, data: FrameData, built: Built, options: OptimiseOptions) -> None:
+    def __init__(
+        self, body: Body, data: FrameData, built: Built, options: OptimiseOptions, *,
+        root_given: bool = True,
+    ) -> None:  # fmt: skip
         self.body, self.data, self.built, self.options = body, data, built, options
         layout = built.layout
         self.levels = initial_levels(options)
         self.problem = SequenceProblem(
             layout, body, built.terms, built.weights,
-            prior_information(self.levels, len(layout.sites)), np.dtype(options.dtype),
+            prior_information(self.levels, len(layout.sites)), np.dtype(options.dtype), refines=self._loses_digits(root_given),
         )  # fmt: skip
         self.cost: list[float] = []
         self.iterations = 0
+
+    def _loses_digits(self, root_given: bool) -> bool:
+        """Whether the root's slow drift is lost in J'J: free root, no anchors, long sequence."""
+        anchored = any(
+            self.body.topology.site_body[s] == 0 for s in self.built.layout.range_sites
+        ) or bool(self.built.layout.user)
+        return not root_given and not anchored and len(self.data.time) > _LONG
 
     def solve(
         self, state: State, recording: Recording, *, root_given: bool, progress: bool
@@ -213,8 +226,8 @@ class _Run:
             try:
                 covariance, deviations = self._covariance(state)
             except SolveError as error:
-                status, message = Status.UNDETERMINED, str(error)
-                remarks.append(f"No covariance: {message}.")
+                status = Status.UNDETERMINED
+                remarks.append(_undetermined(str(error), root_given=root_given))
         return Solution(
             trajectory=Trajectory(np.asarray(self.data.time), state.q, self._velocity(state)),
             body=self.body,
@@ -260,6 +273,11 @@ def central_velocity(body: Body, q: np.ndarray, step: float) -> np.ndarray:
     between = jax.vmap(lambda a, b: difference(body.topology, a, b))(poses[:-1], poses[1:]) / step
     inner = 0.5 * (between[:-1] + between[1:])
     return np.asarray(jnp.concatenate([between[:1], inner, between[-1:]]))
+
+
+def _undetermined(reason: str, *, root_given: bool) -> str:
+    what = "some poses" if root_given else "root position, heading and their slow drift"
+    return f"The data do not determine {what}; no covariance ({reason})."
 
 
 def _gauge_remarks(root_given: bool) -> tuple[str, ...]:

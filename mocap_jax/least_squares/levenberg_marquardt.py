@@ -17,6 +17,9 @@ import numpy as np
 from mocap_jax import linalg
 from mocap_jax.errors import SolveError
 
+# Relative size of the last steps of a refinement.
+_REFINED = 1e-7
+
 
 @dataclass(frozen=True)
 class NormalEquations:
@@ -45,6 +48,17 @@ class Problem(Protocol):
     def linearise(self, state: Any) -> NormalEquations: ...
 
     def move(self, state: Any, step: np.ndarray, constants: np.ndarray) -> Any: ...
+
+    @property
+    def refines(self) -> bool:
+        """Whether J'J loses digits that `model` keeps: then steps are refined with it."""
+        ...
+
+    def model(
+        self, state: Any, x: np.ndarray, z: np.ndarray, *, offset: bool, damping: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """J'(r + J (x, z)) + damping (x, z), or without r where `offset` is false."""
+        ...
 
 
 class Outcome(Enum):
@@ -111,7 +125,7 @@ def minimise(
         if not np.isfinite(equations.cost):
             return Result(state, Outcome.DIVERGED, tuple(costs))
         try:
-            step, constants = _solve(equations, damping)
+            step, constants = _solve(problem, state, equations, damping)
         except SolveError as error:
             if options.gauss_newton or damping * growth > options.max_damping:
                 return Result(state, Outcome.SINGULAR, tuple(costs), str(error))
@@ -139,11 +153,29 @@ def minimise(
     return Result(state, Outcome.MAX_ITERATIONS, tuple(costs))
 
 
-def _solve(equations: NormalEquations, damping: float) -> tuple[np.ndarray, np.ndarray]:
+def _solve(
+    problem: Problem, state: Any, equations: NormalEquations, damping: float
+) -> tuple[np.ndarray, np.ndarray]:
+    if problem.refines:
+        return _refined(problem, state, equations, damping)
     f = linalg.factor(
         equations.lower, equations.corner, equations.border, damping=damping, overwrite=True
     )
     return linalg.solve(f, -equations.gradient, -equations.corner_gradient, equations.border)
+
+
+def _refined(
+    problem: Problem, state: Any, e: NormalEquations, damping: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """The step to the accuracy of J, however badly conditioned J'J is."""
+    f, _ = linalg.shifted_factor(e.lower, e.corner, e.border, damping=damping)
+    x, z = linalg.solve(f, -e.gradient, -e.corner_gradient, e.border)
+
+    def model(x: np.ndarray, z: np.ndarray, *, offset: bool) -> tuple[np.ndarray, np.ndarray]:
+        return problem.model(state, x, z, offset=offset, damping=damping)
+
+    done = linalg.refine(f, e.border, model, x, z, tolerance=_REFINED)
+    return done.x, done.z
 
 
 def _predicted_decrease(

@@ -13,8 +13,9 @@ from mocap_jax.linalg.arrow import (
     solve_banded,
     solve_corner,
 )
+from mocap_jax.linalg.refine import refine, shifted_factor
 
 __all__ = [
     "ArrowFactor", "BorderBlocks", "backward", "corner_covariance", "factor", "forward",
-    "marginals", "sample", "solve", "solve_banded", "solve_corner",
+    "marginals", "refine", "sample", "shifted_factor", "solve", "solve_banded", "solve_corner",
 ]  # fmt: skip

@@ -36,6 +36,7 @@ from mocap_jax.estimate.sequence.layout import (
     Terms,
     Weights,
 )
+from mocap_jax.estimate.sequence.model_gradient import model_gradient
 from mocap_jax.least_squares import NormalEquations
 
 
@@ -75,6 +76,7 @@ class SequenceProblem:
         weights: Weights,
         prior_information: Float[np.ndarray, "s 12"],
         dtype: np.dtype | None = None,
+        refines: bool = False,
     ) -> None:
         """Args:
         layout: shape of the problem.
@@ -83,7 +85,9 @@ class SequenceProblem:
         weights: scalars.
         prior_information: inverse variances of the sensors' constants about zero.
         dtype: of the traced part; the linear solve is always float64.
+        refines: steps need the accuracy of J (a root seen through accelerations alone).
         """
+        self.refines = refines
         self.frames = terms.force.shape[0]
         self.chunks = -(-self.frames // layout.chunk)
         self.dtype = dtype = dtype or np.dtype(np.float64)
@@ -239,6 +243,18 @@ class SequenceProblem:
         gradient = np.einsum("sij,si->sj", weighted, values)
         square = np.einsum("sij,sik->sjk", jacobian, weighted)
         return 0.5 * float((self.prior_information * values**2).sum()), gradient, square
+
+    def model(
+        self, state: State, x: np.ndarray, z: np.ndarray, *, offset: bool, damping: float = 0.0
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """J'(r + J (x, z)) plus damping times (x, z), from J itself; without r if not `offset`."""
+        inputs = self._inputs(state)
+        g, gz = model_gradient(self.layout, inputs, self.weights, x, z, offset=offset)
+        if self.layout.use_border:
+            _, prior, square = self._prior(state.constants)
+            pull = np.einsum("sij,sj->si", square, z.reshape(prior.shape)) + offset * prior
+            gz = gz + pull.ravel()
+        return g + damping * x, gz + damping * z
 
     def gate(self, state: State) -> np.ndarray:
         """The gate w_a of every range at a state, (t, k)."""
