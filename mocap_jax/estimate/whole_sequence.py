@@ -146,7 +146,8 @@ class _Run:
         self.levels = initial_levels(options)
         self.problem = SequenceProblem(
             layout, body, built.terms, built.weights,
-            prior_information(self.levels, len(layout.sites)), np.dtype(options.dtype), refines=self._loses_digits(root_given),
+            prior_information(self.levels, len(layout.sites)), np.dtype(options.dtype),
+            refines=self._loses_digits(root_given),
         )  # fmt: skip
         self.cost: list[float] = []
         self.iterations = 0
