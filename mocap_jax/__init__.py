@@ -29,8 +29,13 @@ if TYPE_CHECKING:
     from mocap_jax.errors import InputError as InputError
     from mocap_jax.errors import MocapError as MocapError
     from mocap_jax.errors import SolveError as SolveError
+    from mocap_jax.estimate import ConstantsOptions as ConstantsOptions
     from mocap_jax.estimate import EkfOptions as EkfOptions
+    from mocap_jax.estimate import NoiseOptions as NoiseOptions
     from mocap_jax.estimate import OptimiseOptions as OptimiseOptions
+    from mocap_jax.estimate import PriorOptions as PriorOptions
+    from mocap_jax.estimate import UserResidual as UserResidual
+    from mocap_jax.estimate import check_residual as check_residual
     from mocap_jax.estimate import ekf as ekf
     from mocap_jax.estimate import optimise as optimise
     from mocap_jax.io import export_motion as export_motion
@@ -58,7 +63,10 @@ _HOME = {
     "body": ("Body", "difference", "frames", "load_body", "retract", "site_frames", "transport"),
     "compilation_cache": ("enable_compilation_cache",),
     "errors": ("InputError", "MocapError", "SolveError"),
-    "estimate": ("EkfOptions", "OptimiseOptions", "ekf", "optimise"),
+    "estimate": (
+        "ConstantsOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions", "PriorOptions",
+        "UserResidual", "check_residual", "ekf", "optimise",
+    ),
     "io": (
         "export_motion", "read_recording", "read_solution", "write_recording", "write_solution",
     ),

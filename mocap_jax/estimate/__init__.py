@@ -1,5 +1,6 @@
 """Estimators: where recordings, bodies and solvers are wired together."""
 
+from mocap_jax.estimate.check_residual import DerivativeReport, check_residual
 from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.sequence.layout import UserResidual
@@ -12,6 +13,6 @@ from mocap_jax.estimate.whole_sequence_options import (
 )
 
 __all__ = [
-    "ConstantsOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions", "PriorOptions",
-    "UserResidual", "ekf", "optimise",
+    "ConstantsOptions", "DerivativeReport", "EkfOptions", "NoiseOptions", "OptimiseOptions",
+    "PriorOptions", "UserResidual", "check_residual", "ekf", "optimise",
 ]  # fmt: skip

@@ -14,8 +14,10 @@ from mocap_jax.linalg.arrow import (
     solve_corner,
 )
 from mocap_jax.linalg.refine import refine, shifted_factor
+from mocap_jax.linalg.scan import ScanFactor, scan_factor, scan_solve
 
 __all__ = [
-    "ArrowFactor", "BorderBlocks", "backward", "corner_covariance", "factor", "forward",
-    "marginals", "refine", "sample", "shifted_factor", "solve", "solve_banded", "solve_corner",
+    "ArrowFactor", "BorderBlocks", "ScanFactor", "backward", "corner_covariance", "factor",
+    "forward", "marginals", "refine", "sample", "scan_factor", "scan_solve", "shifted_factor",
+    "solve", "solve_banded", "solve_corner",
 ]  # fmt: skip

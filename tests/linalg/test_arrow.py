@@ -9,30 +9,10 @@ from mocap_jax import linalg
 from mocap_jax.errors import SolveError
 
 
-def random_arrow(t: int, d: int, b: int, m: int, seed: int = 0):
-    """A random positive definite arrow matrix, dense and in blocks."""
-    rng = np.random.default_rng(seed)
-    jacobian = np.zeros((4 * t * d, t * d + m))
-    rows = jacobian.shape[0] // t
-    for k in range(t):
-        last = min(t, k + b + 1)
-        jacobian[k * rows : (k + 1) * rows, k * d : last * d] = rng.normal(
-            size=(rows, (last - k) * d)
-        )
-    jacobian[:, t * d :] = rng.normal(size=(jacobian.shape[0], m))
-    dense = jacobian.T @ jacobian
-    lower = np.zeros((t, b + 1, d, d))
-    for k in range(t):
-        for o in range(min(b + 1, t - k)):
-            lower[k, o] = dense[(k + o) * d : (k + o + 1) * d, k * d : (k + 1) * d]
-    border = np.ascontiguousarray(dense[t * d :, : t * d].reshape(m, t, d).transpose(1, 0, 2))
-    return dense, lower, dense[t * d :, t * d :], border
-
-
 @pytest.mark.parametrize(
     ("t", "d", "b", "m"), [(7, 3, 2, 4), (1, 4, 2, 2), (9, 2, 3, 0), (6, 5, 1, 3)]
 )
-def test_solve_and_covariance_equal_dense(t: int, d: int, b: int, m: int) -> None:
+def test_solve_and_covariance_equal_dense(t: int, d: int, b: int, m: int, random_arrow) -> None:
     dense, lower, corner, border = random_arrow(t, d, b, m)
     blocks = (lambda k: border[k]) if m else None
     f = linalg.factor(lower, corner if m else None, blocks)
@@ -49,7 +29,7 @@ def test_solve_and_covariance_equal_dense(t: int, d: int, b: int, m: int) -> Non
     np.testing.assert_allclose(linalg.corner_covariance(f), inverse[t * d :, t * d :], rtol=1e-9)
 
 
-def test_damping_adds_to_the_diagonal() -> None:
+def test_damping_adds_to_the_diagonal(random_arrow) -> None:
     dense, lower, corner, border = random_arrow(5, 3, 2, 2)
     f = linalg.factor(lower, corner, lambda k: border[k], damping=0.7)
     rhs = np.arange(17.0)
@@ -58,7 +38,7 @@ def test_damping_adds_to_the_diagonal() -> None:
     np.testing.assert_allclose(np.concatenate([x.ravel(), z]), expected, rtol=1e-9)
 
 
-def test_many_right_hand_sides() -> None:
+def test_many_right_hand_sides(random_arrow) -> None:
     dense, lower, _, _ = random_arrow(6, 3, 2, 0)
     rhs = np.random.default_rng(2).normal(size=(18, 4))
     x = linalg.solve_banded(linalg.factor(lower), rhs.reshape(6, 3, 4))
