@@ -160,7 +160,8 @@ def _refuse_unsupported(model: mujoco.MjModel, name: str) -> None:
         )
     if model.njnt == 0:
         raise InputError(
-            f"{name}: the body has no joints; it needs a free, ball, hinge or slide joint"
+            f"{name}: the body has no joints; it needs at least one free, ball, hinge or slide "
+            "joint"
         )
 
 
