@@ -143,7 +143,7 @@ class _Run:
     ) -> None:  # fmt: skip
         self.body, self.data, self.built, self.options = body, data, built, options
         layout = built.layout
-        self.levels = initial_levels(options)
+        self.levels = initial_levels(options, len(layout.sites))
         self.problem = SequenceProblem(
             layout, body, built.terms, built.weights,
             prior_information(self.levels, len(layout.sites)), np.dtype(options.dtype),

@@ -50,8 +50,8 @@ _CONSTANTS = ("gyroscope_bias", "accelerometer_bias", "mounting", "offset")
 class Levels:
     """Model errors, as shares of the options' figures, and the priors' deviations."""
 
-    share: dict[str, float]
-    """Kind -> share of its model error in use, 0 to 1."""
+    share: dict[str, tuple[float, ...]]
+    """Kind -> share of its model error in use, 0 to 1, per sensor (ranges: one for all)."""
     gyroscope_bias: float
     accelerometer_bias: float
     mounting: float
@@ -60,9 +60,10 @@ class Levels:
 
     def close_to(self, other: Levels) -> bool:
         """Whether another solve with these levels would change little."""
-        mine = [*self.share.values(), *(getattr(self, n) for n in (*_CONSTANTS, "rest"))]
-        theirs = [*other.share.values(), *(getattr(other, n) for n in (*_CONSTANTS, "rest"))]
-        return bool(np.allclose(mine, theirs, rtol=0.15, atol=1e-3))
+        flat = lambda x: np.concatenate(  # noqa: E731
+            [*x.share.values(), [getattr(x, n) for n in (*_CONSTANTS, "rest")]]
+        )
+        return bool(np.allclose(flat(self), flat(other), rtol=0.15, atol=1e-3))
 
 
 def declared_deviations(options: ConstantsOptions) -> dict[str, float]:
@@ -75,9 +76,10 @@ def declared_deviations(options: ConstantsOptions) -> dict[str, float]:
     }
 
 
-def initial_levels(options: OptimiseOptions) -> Levels:
+def initial_levels(options: OptimiseOptions, sensors: int) -> Levels:
     """The options' figures."""
-    share = dict.fromkeys(KINDS, 1.0 if options.noise.model_errors else 0.0)
+    full = 1.0 if options.noise.model_errors else 0.0
+    share = {kind: (full,) * (1 if kind == "range" else sensors) for kind in KINDS}
     return Levels(share, **declared_deviations(options.constants), rest=options.prior.rest_sigma)
 
 
@@ -101,7 +103,7 @@ def information(
     out = {}
     for kind, field in _INFORMATION.items():
         declared, model = built.variances[kind]
-        variance = declared + levels.share[kind] ** 2 * model
+        variance = declared + np.square(levels.share[kind]) * model
         out[field] = np.where(np.isfinite(variance), 1 / variance, 0.0)
     if gate is not None:
         out["range_information"] = out["range_information"] * gate
@@ -150,7 +152,8 @@ def re_estimate(
                     if kind == "range"
                     else _inertial_excess(here[kind], images, info, variances, options)
                 )
-                share[kind] = min(1.0, options.noise.excess_margin * found)
+                kept = np.minimum(1.0, options.noise.excess_margin * np.atleast_1d(found))
+                share[kind] = tuple(float(x) for x in kept)
         changes["share"] = share
         if len(built.rest_frames):
             rest = _rest(problem, state, draws, built, levels)
@@ -168,10 +171,11 @@ def _inertial_excess(
     info: np.ndarray,
     variances: tuple[np.ndarray, np.ndarray],
     options: OptimiseOptions,
-) -> float:
-    """Share of the model error that explains what residuals have beyond the declared noise.
+) -> np.ndarray:
+    """Shares of the model error that explain what residuals have beyond the declared noise.
 
-    Found per sensor; the median of the sensors counts, so that one bad board decides nothing.
+    Per sensor, but not below the median of the sensors: a board that seems perfect among others
+    that are not is one whose errors the poses follow.
     """
     total = lambda x: (x**2).sum(-1)  # noqa: E731
     noise, used = options.noise, info > 0
@@ -190,7 +194,9 @@ def _inertial_excess(
     found = (robust * total(residual)).sum(0)[present] / redundancy[present]
     found *= count[present] / (3 * robust.sum(0)[present])
     excess = np.where(found > (1 + _CHANCE) * declared, (found - declared) / model, 0.0)
-    return float(np.sqrt(np.median(excess.clip(0))))
+    shares = np.ones(len(count))
+    shares[present] = np.sqrt(np.maximum(excess, np.median(excess)).clip(0))
+    return shares
 
 
 def _range_excess(
