@@ -48,7 +48,7 @@ class NoiseOptions:
     distance, and constant over a recording."""
     adapt: bool = True
     """Lower the model errors, and the rest pose's, to what the recording shows."""
-    excess_margin: float = 3.0
+    excess_margin: float = 6.0
     """Model error kept, over the excess of residuals that is found (poses follow most of it)."""
     rounds: int = 5
     """Solves with levels re-estimated in between."""
