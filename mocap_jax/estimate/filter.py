@@ -12,15 +12,15 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
-from mocap_jax.body import Body, load_body
+from mocap_jax.body import Body
 from mocap_jax.body.topology import FREE, SLIDE
-from mocap_jax.errors import InputError
 from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.estimate.filter_chunk import Estimates, filter_chunk, smooth_chunk
 from mocap_jax.estimate.filter_data import filter_data
 from mocap_jax.estimate.filter_frame import FilterModel, FrameInput, Parameters
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.innovation_statistics import InnovationStatistics
+from mocap_jax.estimate.inputs import body_of, uses_root
 from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.initialise import RestEstimate, rest_pose
 from mocap_jax.kalman import Dynamics, State, butterworth_rate, process_noise
@@ -58,8 +58,8 @@ def ekf(
     begin = time.perf_counter()
     # LAPACK of this size on more than one thread is many times slower on a busy machine.
     with clock, threadpool_limits(1, user_api="blas"):
-        body = _body(recording, body)
-        use_root = _use_root(recording, options)
+        body = body_of(recording, body)
+        use_root = uses_root(recording, options.root)
         rest = rest_pose(recording, body, options=options.rest, use_root=use_root)
         run = prepare(recording, body, options, rest, use_root)
         estimates, statistics, remarks = run_filter(run, options, progress)
@@ -84,20 +84,6 @@ def ekf(
         options=_option_record(options),
         **_calibration(rest),  # type: ignore[arg-type]
     )
-
-
-def _body(recording: Recording, body: Body | None) -> Body:
-    if body is None:
-        if recording.body_xml is None:
-            raise InputError("the recording carries no body.xml: pass a body")
-        return load_body(recording.body_xml, free_root=True)
-    return body if body.has_free_root else load_body(body.xml, free_root=True)
-
-
-def _use_root(recording: Recording, options: EkfOptions) -> bool:
-    if options.root == "given" and recording.root is None:
-        raise InputError("root='given': the recording has no measured root (valid: auto, free)")
-    return options.root != "free" and recording.root is not None
 
 
 class FilterRun(NamedTuple):

@@ -10,10 +10,11 @@ import numpy as np
 from tqdm import tqdm
 
 from mocap_jax import linalg
-from mocap_jax.body import Body, load_body
+from mocap_jax.body import Body
 from mocap_jax.errors import InputError, SolveError
 from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.estimate.initial_guess import at_rest, constants_from, first_guess, on_grid
+from mocap_jax.estimate.inputs import body_of, uses_root
 from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.sequence.adapt import (
     Levels,
@@ -76,8 +77,8 @@ def optimise(
     """
     clock, begin = CompileClock(), time.perf_counter()
     with clock:
-        body = _body(recording, body)
-        root_given = _root_given(recording, options)
+        body = body_of(recording, body)
+        root_given = uses_root(recording, options.root)
         if initial is None and options.initial == "orientation":
             initial = _orientation_pass(recording, body, options, progress=progress)
         elif initial is None:
@@ -100,14 +101,6 @@ def optimise(
     return solution
 
 
-def _body(recording: Recording, body: Body | None) -> Body:
-    if body is None:
-        if recording.body_xml is None:
-            raise InputError("the recording carries no body.xml: pass a body")
-        return load_body(recording.body_xml, free_root=True)
-    return body if body.has_free_root else load_body(body.xml, free_root=True)
-
-
 def _orientation_pass(
     recording: Recording, body: Body, options: OptimiseOptions, *, progress: bool
 ) -> Solution:
@@ -126,12 +119,6 @@ def _orientation_pass(
         constants=dataclasses.replace(options.constants, adapt=False),
     )  # fmt: skip
     return optimise(recording, body, initial=still, options=first, progress=progress)
-
-
-def _root_given(recording: Recording, options: OptimiseOptions) -> bool:
-    if options.root == "given" and recording.root is None:
-        raise InputError("root='given': the recording has no measured root (valid: auto, free)")
-    return options.root != "free" and recording.root is not None
 
 
 class _Run:

@@ -1,0 +1,31 @@
+"""What every estimator settles first: which body, and whether the measured root is used."""
+
+from __future__ import annotations
+
+from mocap_jax.body import Body, load_body
+from mocap_jax.errors import InputError
+from mocap_jax.recording import Recording
+
+
+def body_of(recording: Recording, body: Body | None) -> Body:
+    """The given body, or the recording's own; with a free root.
+
+    Raises:
+        InputError: none is given and the recording has none.
+    """
+    if body is None:
+        if recording.body_xml is None:
+            raise InputError("the recording carries no body.xml: pass a body")
+        return load_body(recording.body_xml, free_root=True)
+    return body if body.has_free_root else load_body(body.xml, free_root=True)
+
+
+def uses_root(recording: Recording, root: str) -> bool:
+    """Whether the measured root is used under the option "auto", "given" or "free".
+
+    Raises:
+        InputError: "given", but the recording has no measured root.
+    """
+    if root == "given" and recording.root is None:
+        raise InputError("root='given': the recording has no measured root (valid: auto, free)")
+    return root != "free" and recording.root is not None
