@@ -36,11 +36,15 @@ class NoiseOptions:
     lever_arm_sigma: float = 0.01
     """Error of sensor positions on their segments, r [m]: adds r^2 (|alpha|^2 + |w|^4) to the
     variance of accelerations (palpation, Della Croce et al. 2005: about a centimetre)."""
-    accelerometer_model: float = 1.0
-    """Soft tissue and clock errors of accelerations [m/s^2] (true residuals of simulated
-    body-worn boards on the public clips: 1.0 to 2.6)."""
-    gyroscope_model: float = 0.3
-    """The same of rates [rad/s] (0.1 to 0.22 there, and the poses follow much of them)."""
+    lag: float = 0.02
+    """Error of timing [s]: boards lag and ring on soft tissue (resonances of 8 to 20 Hz; Wakeling
+    and Nigg 2001) and clocks are off. Adds lag^2 times the squared jerk to the variance of
+    accelerations, and lag^2 |alpha|^2 to that of rates. Such errors repeat with the motion, so
+    the figure is about twice the lag itself."""
+    accelerometer_model: float = 0.2
+    """What remains in quiet moments [m/s^2]: drift, and a degree of tilt."""
+    gyroscope_model: float = 0.03
+    """The same of rates [rad/s]."""
     orientation_model: float = 0.03
     """The same of measured orientations [rad]."""
     range_model: float = 0.03

@@ -10,6 +10,7 @@ from mocap_jax import so3
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.sequence.layout import Layout, Terms, UserResidual, Weights
+from mocap_jax.estimate.sequence.variances import Variances, variances
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.initialise import declared_pose
 from mocap_jax.measurement import FrameData
@@ -29,8 +30,7 @@ class Built:
     weights: Weights
     rest_frames: np.ndarray
     """Frames of the declared rest hold."""
-    variances: dict[str, tuple[np.ndarray, np.ndarray]]
-    """Kind -> variances per residual of declared noise (inf where absent) and of model errors."""
+    variances: Variances
 
 
 def build(
@@ -88,7 +88,9 @@ def build(
         np.asarray(1.0),
         np.asarray(options.prior.limit_softness),
     )
-    return Built(layout, terms, weights, rest, _variances(data, force, mean, setup, options))
+    return Built(
+        layout, terms, weights, rest, variances(data, force, mean, setup.noise, options.noise)
+    )
 
 
 def _layout(data: FrameData, body: Body, options: OptimiseOptions) -> Layout:
@@ -129,47 +131,10 @@ def _layout(data: FrameData, body: Body, options: OptimiseOptions) -> Layout:
     )
 
 
-def _finite(values: np.ndarray) -> np.ndarray:
-    """1 where a row of values is complete, 0 elsewhere."""
-    return np.isfinite(values).all(axis=-1).astype(float)
-
-
 def _forces(data: FrameData, options: OptimiseOptions) -> np.ndarray:
     """De-averaged specific forces (t, s, 3)."""
     measured = np.asarray(data.accelerometer)
     return de_average(measured) if options.stencil == "consistent" else measured
-
-
-def _variances(
-    data: FrameData, force: np.ndarray, mean: np.ndarray, setup: Setup, options: OptimiseOptions
-) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Variances of declared noise (inf where a residual is absent) and of model errors."""
-    noise, model = setup.noise, options.noise
-    absent = lambda present, variance: np.where(present > 0, variance, np.inf)  # noqa: E731
-    valid = _finite(force)
-    around = np.zeros_like(valid)
-    around[1:-1] = valid[:-2] * valid[1:-1] * valid[2:]
-    rate = np.nan_to_num(np.asarray(data.gyroscope))
-    turn = np.gradient(rate, float(data.step), axis=0)
-    arm = model.lever_arm_sigma**2 * ((turn**2).sum(-1) + (rate**2).sum(-1) ** 2)
-    weight = np.asarray(data.range_weight)
-    like = np.ones_like
-    return {
-        "accelerometer": (
-            absent(around, noise.accelerometer**2), arm + model.accelerometer_model**2
-        ),
-        "gyroscope": (
-            absent(_finite(mean), noise.gyroscope**2), like(valid) * model.gyroscope_model**2
-        ),
-        "orientation": (
-            absent(_finite(np.asarray(data.orientation)), noise.orientation**2),
-            like(valid) * model.orientation_model**2,
-        ),
-        "range": (
-            absent(weight, noise.range**2 / np.maximum(weight, 1e-6) ** 2),
-            like(weight) * model.range_model**2,
-        ),
-    }  # fmt: skip
 
 
 def _rotations(quaternions: np.ndarray) -> np.ndarray:
