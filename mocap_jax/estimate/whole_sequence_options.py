@@ -52,7 +52,7 @@ class NoiseOptions:
     distance, and constant over a recording."""
     adapt: bool = True
     """Lower the model errors, and the rest pose's, to what the recording shows."""
-    excess_margin: float = 6.0
+    excess_margin: float = 8.0
     """Model error kept, over the excess of residuals that is found (poses follow most of it)."""
     rounds: int = 5
     """Solves with levels re-estimated in between."""
@@ -74,8 +74,9 @@ class PriorOptions:
 
     smoothness_order: Literal[2, 3] = 2
     """2: white acceleration; 3: white jerk (one more block of bandwidth)."""
-    smoothness_density: float = 60.0
-    """Spectral density of joint acceleration [rad^2/s^3], or jerk [rad^2/s^5] for order 3."""
+    smoothness_density: float = 600.0
+    """Spectral density of joint acceleration [rad^2/s^3], or jerk [rad^2/s^5] for order 3: loose (300
+    rad/s^2 at 140 Hz), since a tight one pulls at fast motion and looks like noise of the sensors."""
     translation_density: float = 20.0
     """The same for root translation and slides [m^2/s^3, m^2/s^5]."""
     rest_sigma: float = 0.05

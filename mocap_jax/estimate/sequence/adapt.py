@@ -31,9 +31,13 @@ from mocap_jax.residuals.robust import weight
 _PROBE = 1e-2
 # A group never takes less than this share of the redundancy (keeps the ratio finite).
 _LEAST_REDUNDANCY = 0.02
+# Inertial readings that the poses follow almost freely (a pelvis whose measured root is coarse) show
+# how far the motion is from its prior, not how wrong they are: their residuals count as they are.
+_LEAST_INERTIAL_REDUNDANCY = 0.25
 _DRAWS = 2
-# Excess variance, relative to the declared one, that chance may make.
-_CHANCE = 0.1
+# Excess variance, relative to the declared one, that is no model error: readings that are hardly
+# weighted show the noise of the poses beside their own.
+_CHANCE = 2.0
 # Ranges whose declared variance is below this many times the smallest count as trusted.
 _TRUSTED = 4.0
 KINDS = ("accelerometer", "gyroscope", "orientation", "range")
@@ -184,7 +188,7 @@ def _inertial_excess(
     )
     count = 3 * (robust / np.where(used, info, 1.0)).sum(0)
     leverage = (robust * np.mean([total(x) for x in images], axis=0)).sum(0)
-    redundancy = np.maximum(count - leverage, _LEAST_REDUNDANCY * count)
+    redundancy = np.maximum(count - leverage, _LEAST_INERTIAL_REDUNDANCY * count)
     present = count > 0
     declared, model = (
         (robust * np.where(used, v, 0.0)).sum(0)[present] / robust.sum(0)[present]
