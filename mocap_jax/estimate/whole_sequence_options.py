@@ -75,8 +75,9 @@ class PriorOptions:
     smoothness_order: Literal[2, 3] = 2
     """2: white acceleration; 3: white jerk (one more block of bandwidth)."""
     smoothness_density: float = 600.0
-    """Spectral density of joint acceleration [rad^2/s^3], or jerk [rad^2/s^5] for order 3: loose (300
-    rad/s^2 at 140 Hz), since a tight one pulls at fast motion and looks like noise of the sensors."""
+    """Spectral density of joint acceleration [rad^2/s^3], or jerk [rad^2/s^5] for order 3. It is
+    loose (300 rad/s^2 a frame at 140 Hz): the pull of a tight one on fast motion looks like noise
+    of the sensors."""
     translation_density: float = 20.0
     """The same for root translation and slides [m^2/s^3, m^2/s^5]."""
     rest_sigma: float = 0.05

@@ -31,8 +31,8 @@ from mocap_jax.residuals.robust import weight
 _PROBE = 1e-2
 # A group never takes less than this share of the redundancy (keeps the ratio finite).
 _LEAST_REDUNDANCY = 0.02
-# Inertial readings that the poses follow almost freely (a pelvis whose measured root is coarse) show
-# how far the motion is from its prior, not how wrong they are: their residuals count as they are.
+# Inertial readings that the poses follow almost freely (a pelvis whose measured root is coarse)
+# show how far the motion is from its prior, not how wrong they are: they count as they are.
 _LEAST_INERTIAL_REDUNDANCY = 0.25
 _DRAWS = 2
 # Excess variance, relative to the declared one, that is no model error: readings that are hardly
