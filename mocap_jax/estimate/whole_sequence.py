@@ -138,6 +138,7 @@ class _Run:
         )  # fmt: skip
         self.cost: list[float] = []
         self.iterations = 0
+        self.damping = options.solver.initial_damping
 
     def _loses_digits(self, root_given: bool) -> bool:
         """Whether the root's slow drift is lost in J'J: free root, no anchors, long sequence."""
@@ -186,7 +187,8 @@ class _Run:
         return changed
 
     def _minimise(self, state: State, bar: tqdm, *, last: bool) -> Result:
-        solver = self.options.solver
+        # The damping that one round needed is a good start for the next.
+        solver = dataclasses.replace(self.options.solver, initial_damping=self.damping)
         if not last:
             # Rounds before the last only feed the noise estimate.
             solver = dataclasses.replace(
@@ -201,6 +203,7 @@ class _Run:
 
         result = minimise(self.problem, state, solver, report)
         self.cost += list(result.cost)
+        self.damping = result.damping
         return result
 
     def _solution(
