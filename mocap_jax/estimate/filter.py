@@ -22,6 +22,7 @@ from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.innovation_statistics import InnovationStatistics
 from mocap_jax.estimate.inputs import body_of, uses_root
 from mocap_jax.estimate.observed_joints import observed_joints
+from mocap_jax.estimate.shared_joints import shared_joints
 from mocap_jax.initialise import RestEstimate, rest_pose
 from mocap_jax.kalman import Dynamics, State, butterworth_rate, process_noise
 from mocap_jax.measurement import gather
@@ -150,30 +151,13 @@ def _dynamics(
     noise = process_noise(options.process, h, jnp.asarray(density))
     if options.process != "white_jerk" or options.joint_sigma <= 0:
         return Dynamics(h, noise)
-    shared = _shared(body, rest.sites)
+    shared = shared_joints(body, rest.sites)
     sigma = np.where(shared, options.shared_joint_sigma, options.joint_sigma)
     rate = np.array(butterworth_rate(density, sigma))
     for j, kind in enumerate(body.topology.joint_types):
         if kind in (FREE, SLIDE):
             rate[body.topology.dof_joint == j] = 0.0
     return Dynamics(h, noise, jnp.asarray(rate), jnp.asarray(rest.q))
-
-
-def _shared(body: Body, sites: tuple[int, ...]) -> np.ndarray:
-    """Mask (nv,): joints between two boards that have more than three degrees of freedom together,
-    so that the boards see only their sum."""
-    topology = body.topology
-    carriers = {topology.site_body[s] for s in sites}
-    dof_body = np.asarray(topology.joint_body, int)[topology.dof_joint]
-    mask = np.zeros(body.nv, bool)
-    for carrier in carriers:
-        between, at = [carrier], topology.body_parent[carrier]
-        while at > 0 and at not in carriers:
-            between.append(at)
-            at = topology.body_parent[at]
-        dofs = np.isin(dof_body, between)
-        mask |= dofs & (dofs.sum() > 3) & (at > 0)
-    return mask
 
 
 def _seen(body: Body, rest: RestEstimate, recording: Recording) -> np.ndarray:

@@ -78,6 +78,9 @@ class PriorOptions:
     """Spectral density of joint acceleration [rad^2/s^3], or jerk [rad^2/s^5] for order 3. It is
     loose (300 rad/s^2 a frame at 140 Hz): the pull of a tight one on fast motion looks like noise
     of the sensors."""
+    shared_smoothness_density: float = 60.0
+    """The same for joints between two boards with more than three degrees of freedom in all (spine,
+    neck): boards see only their sum, and what they do against each other is left to this prior."""
     translation_density: float = 20.0
     """The same for root translation and slides [m^2/s^3, m^2/s^5]."""
     rest_sigma: float = 0.05

@@ -81,6 +81,7 @@ def options(kinds: str) -> OptimiseOptions:
         ),
         prior=PriorOptions(
             smoothness_order=3, smoothness_density=float(JERK[-1]),
+            shared_smoothness_density=float(JERK[-1]),
             translation_density=float(JERK[0]), rest_sigma=REST_SIGMA, pose_sigma=1e4,
             limits=False,
         ),

@@ -11,6 +11,7 @@ from mocap_jax.body import Body
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.sequence.layout import Layout, Terms, UserResidual, Weights
 from mocap_jax.estimate.sequence.variances import Variances, variances
+from mocap_jax.estimate.shared_joints import shared_joints
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.initialise import declared_pose
 from mocap_jax.measurement import FrameData
@@ -217,7 +218,8 @@ def _put_root(
 def _smoothness(data: FrameData, body: Body, options: OptimiseOptions) -> np.ndarray:
     """Information of second or third differences, zero where the window leaves the sequence."""
     prior, step = options.prior, float(data.step)
-    density = np.full(body.nv, prior.smoothness_density)
+    shared = shared_joints(body, tuple(data.sites))
+    density = np.where(shared, prior.shared_smoothness_density, prior.smoothness_density)
     topology = body.topology
     for j, kind in enumerate(topology.joint_types):
         if kind in ("slide", "free"):
