@@ -118,10 +118,19 @@ def bridge_jumps(
         good = np.flatnonzero(~bad)
         if len(good) < 2:
             continue
+        # Two flips of nearly half a turn add up to a whole one that nobody made.
+        out[good] = _same_turn(topology, out[good], columns)
         for column in columns:
             out[bad, column] = np.interp(np.flatnonzero(bad), good, out[good, column])
         touched |= bad
     return normalise_rows(topology, out), int(touched.sum())
+
+
+def _same_turn(topology: Topology, q: np.ndarray, columns: list[int]) -> np.ndarray:
+    """Poses with one joint's coordinates continuous (whole turns, signs) from row to row."""
+    out = np.array(q)
+    out[:, columns] = unwrap(topology, q)[:, columns]
+    return out
 
 
 def unwrap(topology: Topology, q: Float[np.ndarray, "t nq"]) -> Float[np.ndarray, "t nq"]:

@@ -106,6 +106,16 @@ def test_impossible_jumps_are_bridged(motion):
     assert np.abs(np.diff(repaired[:, 11])).max() * 120 < 40
 
 
+def test_two_flips_are_bridged_without_a_turn(motion):
+    topology, q = motion.body.topology, np.asarray(motion.trajectory.q).copy()
+    flipped = q.copy()
+    flipped[200:208, 11] += np.pi - 0.05
+    flipped[208:, 11] += 2 * np.pi - 0.05
+    repaired, _ = bridge_jumps(topology, flipped, 120.0, 40.0)
+    np.testing.assert_allclose(repaired[:150, 11], q[:150, 11])
+    np.testing.assert_allclose(repaired[260:, 11], q[260:, 11] - 0.05, atol=1e-9)
+
+
 def test_wrong_motions_are_refused_by_name(motion):
     from dataclasses import replace
 
