@@ -6,12 +6,20 @@ the identity and half turns included. `R_a_b` maps coordinates in frame b to fra
 
 from __future__ import annotations
 
+from functools import partial
+
+import jax
 import jax.numpy as jnp
 from jax import Array
 from jaxtyping import Float
 
 # Below this squared angle the closed forms lose digits and series take over.
 _SMALL_SQUARED = 1e-6
+
+
+# One program instead of a dozen where they are called outside a traced function (first use would
+# compile each operation); inside one they dissolve in it.
+_compiled = partial(jax.jit, inline=True)
 
 
 def cross(a: Float[Array, "*b 3"], b: Float[Array, "*b 3"]) -> Float[Array, "*b 3"]:
@@ -21,6 +29,7 @@ def cross(a: Float[Array, "*b 3"], b: Float[Array, "*b 3"]) -> Float[Array, "*b 
     return jnp.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
 
 
+@_compiled
 def matmul3(a: Float[Array, "*b 3 3"], b: Float[Array, "*b 3 3"]) -> Float[Array, "*b 3 3"]:
     """Batched 3x3 product as multiply-sum, faster than a batched dot on CPU."""
     return (a[..., :, :, None] * b[..., None, :, :]).sum(axis=-2)
@@ -31,6 +40,7 @@ def matvec3(a: Float[Array, "*b 3 3"], x: Float[Array, "*b 3"]) -> Float[Array, 
     return (a * x[..., None, :]).sum(axis=-1)
 
 
+@_compiled
 def skew(w: Float[Array, "*b 3"]) -> Float[Array, "*b 3 3"]:
     """Matrix of the cross product, `skew(w) @ x == cross(w, x)`."""
     x, y, z = w[..., 0], w[..., 1], w[..., 2]
@@ -40,6 +50,7 @@ def skew(w: Float[Array, "*b 3"]) -> Float[Array, "*b 3 3"]:
     )
 
 
+@_compiled
 def quat_multiply(p: Float[Array, "*b 4"], q: Float[Array, "*b 4"]) -> Float[Array, "*b 4"]:
     """Hamilton product of quaternions (wxyz)."""
     pw, px, py, pz = p[..., 0], p[..., 1], p[..., 2], p[..., 3]
@@ -60,6 +71,7 @@ def quat_conjugate(q: Float[Array, "*b 4"]) -> Float[Array, "*b 4"]:
     return q * jnp.array([1.0, -1.0, -1.0, -1.0], q.dtype)
 
 
+@_compiled
 def quat_normalise(q: Float[Array, "*b 4"]) -> Float[Array, "*b 4"]:
     """Scale to unit norm (wxyz)."""
     return q / jnp.sqrt((q * q).sum(axis=-1, keepdims=True))
@@ -75,12 +87,14 @@ def _half_sinc(squared: Array) -> tuple[Array, Array]:
     return cosine, ratio
 
 
+@_compiled
 def quat_exp(w: Float[Array, "*b 3"]) -> Float[Array, "*b 4"]:
     """Unit quaternion (wxyz) of a rotation vector [rad]."""
     cosine, ratio = _half_sinc((w * w).sum(axis=-1))
     return jnp.concatenate([cosine[..., None], ratio[..., None] * w], axis=-1)
 
 
+@_compiled
 def quat_log(q: Float[Array, "*b 4"]) -> Float[Array, "*b 3"]:
     """Rotation vector [rad], of length at most pi, of a unit quaternion (wxyz)."""
     q = jnp.where(q[..., :1] < 0, -q, q)
@@ -96,6 +110,7 @@ def quat_log(q: Float[Array, "*b 4"]) -> Float[Array, "*b 3"]:
     return factor[..., None] * v
 
 
+@_compiled
 def quat_to_matrix(q: Float[Array, "*b 4"]) -> Float[Array, "*b 3 3"]:
     """Rotation matrix of a unit quaternion (wxyz)."""
     w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
@@ -107,6 +122,7 @@ def quat_to_matrix(q: Float[Array, "*b 4"]) -> Float[Array, "*b 3 3"]:
     return jnp.stack([jnp.stack(r, axis=-1) for r in rows], axis=-2)
 
 
+@_compiled
 def quat_from_matrix(R: Float[Array, "*b 3 3"]) -> Float[Array, "*b 4"]:
     """Unit quaternion (wxyz) of a rotation matrix, by the best-conditioned of four forms."""
     r = lambda i, j: R[..., i, j]  # noqa: E731
@@ -135,11 +151,13 @@ def quat_from_matrix(R: Float[Array, "*b 3 3"]) -> Float[Array, "*b 4"]:
     return quat_normalise(chosen)
 
 
+@_compiled
 def exp(w: Float[Array, "*b 3"]) -> Float[Array, "*b 3 3"]:
     """Rotation matrix of a rotation vector [rad] (Rodrigues)."""
     return quat_to_matrix(quat_exp(w))
 
 
+@_compiled
 def log(R: Float[Array, "*b 3 3"]) -> Float[Array, "*b 3"]:
     """Rotation vector [rad], of length at most pi, of a rotation matrix."""
     return quat_log(quat_from_matrix(R))
@@ -157,6 +175,7 @@ def _right_jacobian_factors(squared: Array) -> tuple[Array, Array]:
     return first, second
 
 
+@_compiled
 def right_jacobian(w: Float[Array, "*b 3"]) -> Float[Array, "*b 3 3"]:
     """Jr with exp(w + d) = exp(w) exp(Jr(w) d) to first order in d (Sola 2018, eq. 143)."""
     first, second = _right_jacobian_factors((w * w).sum(axis=-1))
@@ -165,6 +184,7 @@ def right_jacobian(w: Float[Array, "*b 3"]) -> Float[Array, "*b 3 3"]:
     return eye - first[..., None, None] * W + second[..., None, None] * matmul3(W, W)
 
 
+@_compiled
 def right_jacobian_inverse(w: Float[Array, "*b 3"]) -> Float[Array, "*b 3 3"]:
     """Inverse of `right_jacobian`: log(exp(w) exp(d)) = w + Jr^-1(w) d to first order in d."""
     squared = (w * w).sum(axis=-1)

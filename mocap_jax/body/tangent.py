@@ -6,6 +6,9 @@ rotation in the child frame; hinge and slide, the coordinate itself.
 
 from __future__ import annotations
 
+from functools import partial
+
+import jax
 import jax.numpy as jnp
 from jax import Array
 from jaxtyping import Float
@@ -14,6 +17,7 @@ from mocap_jax import so3
 from mocap_jax.body.topology import Topology
 
 
+@partial(jax.jit, static_argnums=0, inline=True)
 def retract(
     topology: Topology, q: Float[Array, "nq"], delta: Float[Array, "nv"]
 ) -> Float[Array, "nq"]:
@@ -26,6 +30,7 @@ def retract(
     return q
 
 
+@partial(jax.jit, static_argnums=0, inline=True)
 def difference(
     topology: Topology, q_from: Float[Array, "nq"], q_to: Float[Array, "nq"]
 ) -> Float[Array, "nv"]:

@@ -6,8 +6,10 @@ With u the step taken in the tangent space, an error of the pose before the step
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Literal, NamedTuple
 
+import jax
 import jax.numpy as jnp
 from jax import Array
 from jaxtyping import Float
@@ -36,6 +38,7 @@ class Dynamics(NamedTuple):
     """Pose that the pull leads to."""
 
 
+@jax.jit
 def butterworth_rate(density: Array, sigma: Array) -> Array:
     """Corner rate [rad/s] at which a process of this jerk density has the given deviation.
 
@@ -44,6 +47,7 @@ def butterworth_rate(density: Array, sigma: Array) -> Array:
     return (density / (3 * sigma**2)) ** 0.2
 
 
+@partial(jax.jit, static_argnums=0)
 def process_noise(
     process: Process, step: Float[Array, ""], density: Float[Array, "nv"]
 ) -> Float[Array, "3 3 nv"]:

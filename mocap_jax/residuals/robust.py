@@ -7,8 +7,10 @@ graduated form (Yang et al. 2020, "Graduated non-convexity") starts near least s
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Literal
 
+import jax
 import jax.numpy as jnp
 from jax import Array
 
@@ -41,6 +43,7 @@ def loss(name: str, squared: Array, scale: float | Array, mu: float | Array = 1.
     raise unknown_name("robust loss", name, LOSSES)
 
 
+@partial(jax.jit, static_argnums=0, inline=True)
 def weight(name: str, squared: Array, scale: float | Array, mu: float | Array = 1.0) -> Array:
     """Derivative rho'(s), the weight of iteratively reweighted least squares."""
     c2 = scale**2

@@ -107,13 +107,10 @@ class SequenceProblem:
 
     def replace_terms(self, **changes: np.ndarray) -> None:
         """Exchange measurement or information arrays of (t, ...) frames."""
-        padded = {
-            name: _cast(
-                pad_frames(value, self.layout, self.chunks, _frame_axis(name), edge=False),
-                self.dtype,
-            )
+        padded: dict[str, Any] = {
+            name: pad_frames(value, self.layout, self.chunks, _frame_axis(name), edge=False)
             for name, value in changes.items()
-        }  # fmt: skip
+        }
         self._terms = dataclasses.replace(self._terms, **padded)
         self._cuts = None
 
@@ -127,8 +124,8 @@ class SequenceProblem:
         for field in dataclasses.fields(Terms):
             edge = field.name in ("reference", "orientation")
             axis = _frame_axis(field.name)
-            pad = lambda x, axis=axis, edge=edge: _cast(  # noqa: E731
-                pad_frames(np.asarray(x), self.layout, self.chunks, axis, edge=edge), self.dtype
+            pad = lambda x, axis=axis, edge=edge: pad_frames(  # noqa: E731
+                np.asarray(x), self.layout, self.chunks, axis, edge=edge
             )
             out[field.name] = jax.tree.map(pad, getattr(terms, field.name))
         return Terms(**out)
@@ -139,7 +136,9 @@ class SequenceProblem:
         q = pad_frames(np.asarray(state.q, self.dtype), self.layout, self.chunks, 0, edge=True)
         constants = _cast(state.constants, self.dtype)
         if self._cuts is None:
-            self._cuts = [cut(self._terms, self.layout, i) for i in range(self.chunks)]
+            self._cuts = [
+                _cast(cut(self._terms, self.layout, i), self.dtype) for i in range(self.chunks)
+            ]
         for i, terms in enumerate(self._cuts):
             first = i * self.layout.chunk
             rows = q[first : first + self.layout.chunk + 2 * self.layout.halo]
@@ -284,8 +283,9 @@ def _cast(tree: Any, dtype: np.dtype) -> Any:
     """Floating arrays of a pytree to one dtype, as JAX arrays."""
 
     def one(x: Any) -> jax.Array:
-        x = jnp.asarray(x)
-        return x.astype(dtype) if jnp.issubdtype(x.dtype, jnp.floating) else x
+        # NumPy converts without compiling; `asarray` of the result is a plain copy.
+        floating = jnp.issubdtype(x.dtype, jnp.floating)
+        return jnp.asarray(np.asarray(x, dtype) if floating else x)
 
     return jax.tree.map(one, tree)
 
