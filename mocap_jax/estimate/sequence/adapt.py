@@ -156,8 +156,7 @@ def re_estimate(
                     if kind == "range"
                     else _inertial_excess(here[kind], images, info, variances, options)
                 )
-                kept = np.minimum(1.0, options.noise.excess_margin * np.atleast_1d(found))
-                share[kind] = tuple(float(x) for x in kept)
+                share[kind] = _kept(np.atleast_1d(found), options.noise.excess_margin)
         changes["share"] = share
         if len(built.rest_frames):
             rest = _rest(problem, state, draws, built, levels)
@@ -167,6 +166,16 @@ def re_estimate(
     if options.constants.adapt and problem.layout.use_border:
         changes |= _constants(state, f, levels, options.constants)
     return dataclasses.replace(levels, **changes)
+
+
+def _kept(found: np.ndarray, margin: float) -> tuple[float, ...]:
+    """Shares for the next round: the excess with its margin, at most 1.
+
+    Where most sensors are as good as declared, the rest has no margin either: boards at the ends of
+    limbs, little tied down by others, would otherwise excuse their own excess round after round.
+    """
+    factor = margin if np.median(found) > 0 else 1.0
+    return tuple(float(x) for x in np.minimum(1.0, factor * found))
 
 
 def _inertial_excess(
