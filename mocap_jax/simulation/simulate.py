@@ -56,11 +56,7 @@ def simulate(
     errs = profile_named(profile)
     if int(seed) != seed or seed < 0:
         raise InputError(f"seed {seed}: must be a whole number, 0 or more")
-    bare = with_shapes(motion.body)
-    suit = default_suit(bare) if suit is None else suit
-    if not suit.boards:
-        raise InputError("the suit has no boards; at least one is needed")
-    nominal = mount(bare, suit)
+    nominal, suit = _dressed(motion.body, suit)
     actual, parameters = true_body(nominal, suit, errs, seed)
     pose_error = _pose_error(nominal, errs, seed)
     performance = perform(motion, options, pose_error)
@@ -88,6 +84,15 @@ def simulate(
         start_utc_ns=options.start_utc_ns,
         subject=motion.name,
     )
+
+
+def _dressed(body: Body, suit: Suit | None) -> tuple[Body, Suit]:
+    """The nominal body with its suit on."""
+    bare = with_shapes(body)
+    suit = default_suit(bare) if suit is None else suit
+    if not suit.boards:
+        raise InputError("the suit has no boards; at least one is needed")
+    return mount(bare, suit), suit
 
 
 def _pose_error(body: Body, profile: Profile, seed: int) -> np.ndarray:

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
 from test_sequence_assembly import S, T, dense, make
 
 from mocap_jax.estimate.sequence.model_gradient import model_gradient
