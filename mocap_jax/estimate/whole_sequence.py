@@ -205,7 +205,8 @@ class _Run:
 
         result = minimise(self.problem, state, solver, report)
         self.cost += list(result.cost)
-        self.damping = result.damping
+        failed = result.outcome is Outcome.STALLED
+        self.damping = self.options.solver.initial_damping if failed else result.damping
         return result
 
     def _solution(

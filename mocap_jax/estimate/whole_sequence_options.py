@@ -53,7 +53,8 @@ class NoiseOptions:
     adapt: bool = True
     """Lower the model errors, and the rest pose's, to what the recording shows."""
     excess_margin: float = 8.0
-    """Model error kept, over the excess of residuals that is found (poses follow most of it)."""
+    """Model error kept, over the excess of residuals that is found (poses follow most of it); 1
+    where most sensors show none."""
     rounds: int = 5
     """Solves with levels re-estimated in between."""
     inertial_loss: LossName = "huber"

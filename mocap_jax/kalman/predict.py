@@ -38,7 +38,6 @@ class Dynamics(NamedTuple):
     """Pose that the pull leads to."""
 
 
-@jax.jit
 def butterworth_rate(density: Array, sigma: Array) -> Array:
     """Corner rate [rad/s] at which a process of this jerk density has the given deviation.
 

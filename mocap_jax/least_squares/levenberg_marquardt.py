@@ -121,7 +121,7 @@ def minimise(
         options: settings.
         progress: called after each iteration with its number and cost.
     """
-    damping, growth = options.initial_damping, _GROWTH
+    damping, growth, raised = options.initial_damping, _GROWTH, False
     costs: list[float] = []
 
     def result(outcome: Outcome, message: str = "") -> Result:
@@ -138,7 +138,7 @@ def minimise(
         except SolveError as error:
             if options.gauss_newton or damping * growth > options.max_damping:
                 return result(Outcome.SINGULAR, str(error))
-            damping, growth = max(damping * growth, 1e-6), growth * _GROWTH
+            damping, growth, raised = max(damping * growth, 1e-6), growth * _GROWTH, True
             continue
         decrease = _predicted_decrease(equations, step, constants, damping)
         candidate = problem.move(state, step, constants)
@@ -151,14 +151,16 @@ def minimise(
             costs.append(cost)
             damping *= max(1 / 10, 1 - (2 * gain - 1) ** 3)
             growth = _GROWTH
+        # A step that is small because rejections have raised its damping says nothing.
+        converged, raised = small and not raised, not accepted
         if progress is not None:
             progress(iteration, costs[-1])
-        if small:
+        if converged:
             return result(Outcome.CONVERGED)
         if not accepted:
-            damping, growth = max(damping * growth, 1e-6), growth * _GROWTH
-            if damping > options.max_damping or options.gauss_newton:
+            if damping * growth > options.max_damping or options.gauss_newton:
                 return result(Outcome.STALLED)
+            damping, growth = max(damping * growth, 1e-6), growth * _GROWTH
     return result(Outcome.MAX_ITERATIONS)
 
 

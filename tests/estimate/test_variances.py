@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from synthetic import small_body
 
+from mocap_jax.estimate.sequence.adapt import _kept
 from mocap_jax.estimate.sequence.variances import variances
 from mocap_jax.estimate.shared_joints import shared_joints
 from mocap_jax.estimate.whole_sequence_options import NoiseOptions
@@ -39,13 +40,24 @@ def wave(amplitude: float, hertz: float) -> np.ndarray:
 
 
 def test_noise_alone_leaves_the_floor():
+    # So loud that, not taken off, it would look like a third of a timing error's variance.
     rng = np.random.default_rng(0)
     noise = rng.standard_normal((2, FRAMES, 3))
-    found = model_errors(9.81 + NOISE.accelerometer * noise[0], NOISE.gyroscope * noise[1])
+    loud = {"accelerometer": 0.1, "gyroscope": 0.02}
+    data = readings(9.81 + 0.1 * noise[0], 0.02 * noise[1])
+    found = variances(
+        data,
+        np.asarray(data.accelerometer),
+        np.asarray(data.gyroscope),
+        NoiseFigures(**loud),
+        MODEL,
+    )
     for kind, floor in (
         ("accelerometer", MODEL.accelerometer_model), ("gyroscope", MODEL.gyroscope_model),
     ):  # fmt: skip
-        np.testing.assert_allclose(np.sqrt(found[kind][1]), floor, rtol=0.05)
+        taken_off = 3 * (MODEL.lag * loud[kind] * RATE) ** 2 / 2
+        excess = found[kind][1].mean() - floor**2
+        assert abs(excess) < 0.25 * taken_off
     np.testing.assert_allclose(found["range"][1], MODEL.range_model**2)
 
 
@@ -83,7 +95,8 @@ def test_what_is_missing_has_no_information_and_spoils_nothing():
     )
     np.testing.assert_array_equal(np.flatnonzero(np.isinf(found["gyroscope"][0])), [300])
     assert np.isinf(found["orientation"][0]).all()
-    np.testing.assert_allclose(found["accelerometer"][1][:150], whole[:150])
+    # Bridged by a straight line, a gap hardly changes how fast the motion around it counts.
+    np.testing.assert_allclose(found["accelerometer"][1], whole, rtol=0.15)
     assert all(np.isfinite(errors).all() for _, errors in found.values())
 
 
@@ -98,3 +111,10 @@ def test_joints_that_boards_see_only_together():
     )
     # A root that moves freely is nobody's share.
     assert not shared_joints(body, (fore,))[:6].any()
+
+
+def test_margin_only_where_most_boards_err():
+    assert _kept(np.array([0.0, 0.0, 0.1]), 8.0) == (0.0, 0.0, 0.1)
+    assert _kept(np.array([0.1, 0.05, 0.2]), 8.0) == (0.8, 0.4, 1.0)
+    # Boards without readings of a kind have no say.
+    assert _kept(np.array([0.0, np.nan, np.nan, 0.0, 0.1]), 8.0) == (0.0, 1.0, 1.0, 0.0, 0.1)

@@ -6,7 +6,8 @@ declared noise, variance = declared^2 + model^2. The recording may show that it 
 that (a rig, a simulation): after a solve the excess of the residuals over the declared noise is
 found as a variance component, sum r^2 / sum (1 - leverage) (Helmert 1924; for the priors of the
 sensors' constants, MacKay 1992), and the model error is lowered to `excess_margin` times it. The
-margin is there because the poses follow most of such errors: they show in part only.
+margin is there because the poses follow most of such errors: they show in part only. Where most
+sensors are as good as declared, the others have no margin either.
 
 Leverages come from a few draws of the posterior, whose images in the residuals have them as their
 variance.
@@ -38,6 +39,8 @@ _DRAWS = 2
 # Excess variance, relative to the declared one, that is no model error: readings that are hardly
 # weighted show the noise of the poses beside their own.
 _CHANCE = 2.0
+# Ranges, thousands of whose residuals are read together, show a smaller one.
+_RANGE_CHANCE = 0.2
 # Ranges whose declared variance is below this many times the smallest count as trusted.
 _TRUSTED = 4.0
 KINDS = ("accelerometer", "gyroscope", "orientation", "range")
@@ -152,11 +155,11 @@ def re_estimate(
             if (info > 0).any():
                 variances = built.variances[kind]
                 found = (
-                    _range_excess(here[kind], images, info, variances)
+                    np.array([_range_excess(here[kind], images, info, variances)])
                     if kind == "range"
                     else _inertial_excess(here[kind], images, info, variances, options)
                 )
-                share[kind] = _kept(np.atleast_1d(found), options.noise.excess_margin)
+                share[kind] = _kept(found, options.noise.excess_margin)
         changes["share"] = share
         if len(built.rest_frames):
             rest = _rest(problem, state, draws, built, levels)
@@ -169,13 +172,13 @@ def re_estimate(
 
 
 def _kept(found: np.ndarray, margin: float) -> tuple[float, ...]:
-    """Shares for the next round: the excess with its margin, at most 1.
+    """Shares for the next round: the excess with its margin, at most 1 (and 1 where absent, NaN).
 
     Where most sensors are as good as declared, the rest has no margin either: boards at the ends of
     limbs, little tied down by others, would otherwise excuse their own excess round after round.
     """
-    factor = margin if np.median(found) > 0 else 1.0
-    return tuple(float(x) for x in np.minimum(1.0, factor * found))
+    factor = margin if np.nanmedian(found) > 0 else 1.0
+    return tuple(float(x) for x in np.nan_to_num(np.minimum(1.0, factor * found), nan=1.0))
 
 
 def _inertial_excess(
@@ -188,7 +191,7 @@ def _inertial_excess(
     """Shares of the model error that explain what residuals have beyond the declared noise.
 
     Per sensor, but not below the median of the sensors: a board that seems perfect among others
-    that are not is one whose errors the poses follow.
+    that are not is one whose errors the poses follow. NaN for sensors without such readings.
     """
     total = lambda x: (x**2).sum(-1)  # noqa: E731
     noise, used = options.noise, info > 0
@@ -207,7 +210,7 @@ def _inertial_excess(
     found = (robust * total(residual)).sum(0)[present] / redundancy[present]
     found *= count[present] / (3 * robust.sum(0)[present])
     excess = np.where(found > (1 + _CHANCE) * declared, (found - declared) / model, 0.0)
-    shares = np.ones(len(count))
+    shares = np.full(len(count), np.nan)
     shares[present] = np.sqrt(np.maximum(excess, np.median(excess)).clip(0))
     return shares
 
@@ -226,8 +229,9 @@ def _range_excess(
     leverage = np.mean([(info * x**2)[trusted].mean() for x in images])
     spread = np.median(np.abs(residual[trusted])) / 0.6745
     found = spread**2 / max(1 - leverage, _LEAST_REDUNDANCY)
-    excess = found - (1 + _CHANCE) * np.median(declared[trusted])
-    return float(np.sqrt(max(excess, 0.0) / model[trusted].mean()))
+    noise = float(np.median(declared[trusted]))
+    excess = found - noise if found > (1 + _RANGE_CHANCE) * noise else 0.0
+    return float(np.sqrt(excess / model[trusted].mean()))
 
 
 def _constants(

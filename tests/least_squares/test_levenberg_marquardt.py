@@ -1,0 +1,104 @@
+"""Levenberg-Marquardt on small problems of known minimum."""
+
+from collections.abc import Callable
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from mocap_jax.least_squares import Outcome, SolverOptions, minimise
+from mocap_jax.least_squares.levenberg_marquardt import NormalEquations
+
+TIGHT = SolverOptions(max_iterations=200, tolerance=1e-9)
+
+
+class Plain:
+    """Residuals of a plain vector, as a problem of one frame without constants."""
+
+    refines = False
+
+    def __init__(self, residuals: Callable, unknowns: int) -> None:
+        self.residuals, self.unknowns = residuals, unknowns
+        self.jacobian = jax.jacfwd(residuals)
+
+    def cost(self, x: np.ndarray) -> float:
+        return 0.5 * float((np.asarray(self.residuals(jnp.asarray(x))) ** 2).sum())
+
+    def linearise(self, x: np.ndarray) -> NormalEquations:
+        r, J = (np.asarray(f(jnp.asarray(x))) for f in (self.residuals, self.jacobian))
+        return NormalEquations(
+            self.cost(x), (J.T @ J)[None, None], (J.T @ r)[None], None, np.zeros(0), None
+        )
+
+    def move(self, x: np.ndarray, step: np.ndarray, constants: np.ndarray) -> np.ndarray:
+        return x + step[0]
+
+    def model(self, *_: object, **__: object) -> tuple[np.ndarray, np.ndarray]:
+        raise NotImplementedError
+
+
+def rosenbrock(x):
+    return jnp.array([10 * (x[1] - x[0] ** 2), 1 - x[0]])
+
+
+def helical_valley(x):
+    turn = jnp.arctan2(x[1], x[0]) / (2 * jnp.pi)
+    return jnp.array([10 * (x[2] - 10 * turn), 10 * (jnp.hypot(x[0], x[1]) - 1), x[2]])
+
+
+def beale(x):
+    return jnp.array([c - x[0] * (1 - x[1] ** (i + 1)) for i, c in enumerate((1.5, 2.25, 2.625))])
+
+
+@pytest.mark.parametrize(
+    ("residuals", "start", "minimum"),
+    [
+        (rosenbrock, [-1.2, 1.0], [1.0, 1.0]),
+        (helical_valley, [-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]),
+        (beale, [1.0, 1.0], [3.0, 0.5]),
+    ],
+)
+def test_known_minima(residuals, start, minimum):
+    # More, Garbow, Hillstrom 1981: standard starts and minima.
+    result = minimise(Plain(residuals, len(start)), np.array(start), TIGHT)
+    assert result.outcome is Outcome.CONVERGED
+    np.testing.assert_allclose(result.state, minimum, atol=1e-6)
+    assert (np.diff(result.cost) < 0).all()
+
+
+def test_a_linear_problem_takes_one_gauss_newton_step():
+    result = minimise(
+        Plain(lambda x: 3 * (x - 2), 1), np.array([10.0]), SolverOptions(initial_damping=0)
+    )
+    assert result.outcome is Outcome.CONVERGED
+    np.testing.assert_allclose(result.state, 2.0)
+
+
+def only_at(start: float) -> Callable:
+    """A slope whose cost is not finite anywhere but where it starts."""
+    return lambda x: jnp.where(x == start, x, jnp.nan + x)
+
+
+@pytest.mark.parametrize("damping", [1e-3, 0.0])
+def test_steps_made_small_by_damping_are_no_convergence(damping):
+    problem = Plain(only_at(10.0), 1)
+    problem.jacobian = lambda x: jnp.ones((1, 1))
+    result = minimise(
+        problem, np.array([10.0]), SolverOptions(initial_damping=damping, max_iterations=100)
+    )
+    assert result.outcome is Outcome.STALLED
+    assert result.state == 10.0
+    # Gauss-Newton stays Gauss-Newton in the next round.
+    assert (result.damping == 0) == (damping == 0)
+
+
+def test_the_damping_reached_starts_a_similar_problem_well():
+    # Undamped, the first step on an arctangent overshoots and is rejected.
+    problem, start, tries = Plain(lambda x: 100 * jnp.arctan(x), 1), np.array([3.0]), []
+    first = minimise(problem, start, SolverOptions(max_iterations=5))
+    assert first.damping > SolverOptions().initial_damping
+    for damping in (SolverOptions().initial_damping, first.damping):
+        options = SolverOptions(initial_damping=damping, max_iterations=1)
+        tries.append(len(minimise(problem, start, options).cost))
+    assert tries == [1, 2]
