@@ -1,7 +1,7 @@
 """Levenberg-Marquardt and Gauss-Newton on a manifold, for block-banded problems with a border.
 
 Knows no bodies: a problem is anything with `cost`, `linearise`, `move` and `unknowns`. Damping is
-by the identity and follows the gain ratio (Nielsen 1999; Madsen, Nielsen, Tingleff 2004,
+of jitter (`damping.py`) and follows the gain ratio (Nielsen 1999; Madsen, Nielsen, Tingleff 2004,
 algorithm 3.16).
 """
 
@@ -16,6 +16,7 @@ import numpy as np
 
 from mocap_jax import linalg
 from mocap_jax.errors import SolveError
+from mocap_jax.least_squares.damping import damp_jitter, jitter_force, on_the_step
 
 # A rejected step multiplies the damping by this, the next one by its square, and so on. Nielsen's 2
 # takes seven linearisations to cross the six decades between a loose and a tight problem.
@@ -80,12 +81,13 @@ class SolverOptions:
 
     max_iterations: int = 30
     """Largest number of linearisations."""
-    tolerance: float = 2e-2
+    tolerance: float = 1e-2
     """Converged when the RMS step is below this many posterior standard deviations (Newton
     decrement per unknown)."""
-    initial_damping: float = 1e-3
-    """Levenberg-Marquardt damping at the start [1/rad^2, 1/m^2]; 0 for Gauss-Newton."""
-    max_damping: float = 1e10
+    initial_damping: float = 1e3
+    """Levenberg-Marquardt damping of the step's second differences at the start [1/rad^2, 1/m^2];
+    0 for Gauss-Newton."""
+    max_damping: float = 1e14
     """Give up (stalled) beyond this damping."""
 
     @property
@@ -165,34 +167,42 @@ def minimise(
 
 
 def _solve(
-    problem: Problem, state: Any, equations: NormalEquations, damping: float
+    problem: Problem, state: Any, e: NormalEquations, damping: float
 ) -> tuple[np.ndarray, np.ndarray]:
+    damp_jitter(e.lower, damping)
+    plain = on_the_step(damping, *_shape(e))
     if problem.refines:
-        return _refined(problem, state, equations, damping)
-    f = linalg.factor(
-        equations.lower, equations.corner, equations.border, damping=damping, overwrite=True
-    )
-    return linalg.solve(f, -equations.gradient, -equations.corner_gradient, equations.border)
+        return _refined(problem, state, e, damping)
+    f = linalg.factor(e.lower, e.corner, e.border, damping=plain, overwrite=True)
+    return linalg.solve(f, -e.gradient, -e.corner_gradient, e.border)
+
+
+def _shape(e: NormalEquations) -> tuple[int, int]:
+    """Frames and half-bandwidth."""
+    return e.lower.shape[0], e.lower.shape[1] - 1
 
 
 def _refined(
     problem: Problem, state: Any, e: NormalEquations, damping: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """The step to the accuracy of J, however badly conditioned J'J is."""
-    f, _ = linalg.shifted_factor(e.lower, e.corner, e.border, damping=damping)
+    plain, (_, band) = on_the_step(damping, *_shape(e)), _shape(e)
+    f, _ = linalg.shifted_factor(e.lower, e.corner, e.border, damping=plain)
     x, z = linalg.solve(f, -e.gradient, -e.corner_gradient, e.border)
 
     def model(x: np.ndarray, z: np.ndarray, *, offset: bool) -> tuple[np.ndarray, np.ndarray]:
-        return problem.model(state, x, z, offset=offset, damping=damping)
+        g, gz = problem.model(state, x, z, offset=offset, damping=plain)
+        return g + jitter_force(x, damping, band), gz
 
     done = linalg.refine(f, e.border, model, x, z, tolerance=_REFINED)
     return done.x, done.z
 
 
 def _predicted_decrease(
-    equations: NormalEquations, step: np.ndarray, constants: np.ndarray, damping: float
+    e: NormalEquations, step: np.ndarray, constants: np.ndarray, damping: float
 ) -> float:
     """Decrease of the quadratic model: half step'(damping step - gradient)."""
-    slope = float((equations.gradient * step).sum() + equations.corner_gradient @ constants)
-    length = float((step * step).sum() + constants @ constants)
-    return 0.5 * (damping * length - slope)
+    slope = float((e.gradient * step).sum() + e.corner_gradient @ constants)
+    plain, (_, band) = on_the_step(damping, *_shape(e)), _shape(e)
+    length = plain * float((step * step).sum() + constants @ constants)
+    return 0.5 * (length + float((step * jitter_force(step, damping, band)).sum()) - slope)
