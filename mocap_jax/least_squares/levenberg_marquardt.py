@@ -21,8 +21,8 @@ from mocap_jax.least_squares.damping import damp_jitter, jitter_force, on_the_st
 # A rejected step multiplies the damping by this, the next one by its square, and so on. Nielsen's 2
 # takes seven linearisations to cross the six decades between a loose and a tight problem.
 _GROWTH = 10.0
-# Relative size of the last steps of a refinement.
-_REFINED = 1e-7
+# Relative size of the last steps of a refinement; the error left is up to a thousand times larger.
+REFINED = 1e-9
 
 
 @dataclass(frozen=True)
@@ -194,7 +194,7 @@ def _refined(
         g, gz = problem.model(state, x, z, offset=offset, damping=plain)
         return g + jitter_force(x, damping, band), gz
 
-    done = linalg.refine(f, e.border, model, x, z, tolerance=_REFINED)
+    done = linalg.refine(f, e.border, model, x, z, tolerance=REFINED)
     return done.x, done.z
 
 

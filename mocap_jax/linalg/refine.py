@@ -88,11 +88,13 @@ def refine(
     z: Float[np.ndarray, "m"],
     *,
     tolerance: float = 1e-8,
-    max_iterations: int = 40,
+    max_iterations: int = 25,
 ) -> Refined:
-    """Minimise the quadratic model by conjugate gradients, preconditioned by a rounded factor.
+    """Minimise the quadratic model by conjugate directions, preconditioned by a rounded factor.
 
-    The gradient is formed anew in every iteration, so errors of the recursion do not pile up.
+    The gradient is formed anew in every iteration, and every direction is made conjugate to all
+    before it: the short recursion of conjugate gradients forgets the few weak directions (a root's
+    drift) that this is for, and stagnates a thousand times further off.
 
     Args:
         f: factor of (rounded, perhaps shifted) J'J, damping included.
@@ -101,7 +103,8 @@ def refine(
         x: the frames' unknowns to start from, usually the plain solution.
         z: the constants.
         tolerance: relative size of a step below which two steps in a row end the iteration.
-        max_iterations: largest number of steps; each costs two products and one solve.
+        max_iterations: largest number of steps; each costs two products and one solve, and keeps
+            two vectors.
     """
     size = x.size
     join = lambda a, b: np.concatenate([a.ravel(), b])  # noqa: E731
@@ -113,27 +116,40 @@ def refine(
         return join(*solve(f, v[:size].reshape(x.shape), v[size:], border))
 
     steps: list[float] = []
-    at = join(x, z)
-    residual = -call(at, offset=True)
-    towards = precondition(residual)
-    direction, power = towards, float(residual @ towards)
+    at, directions = join(x, z), _Conjugate()
     while len(steps) < max_iterations:
-        curvature = float(direction @ call(direction, offset=False))
-        if not curvature > 0 or not power > 0:
+        residual = -call(at, offset=True)
+        direction = directions.conjugate(precondition(residual))
+        image = call(direction, offset=False)
+        curvature = float(direction @ image)
+        if not curvature > 0:
             break
-        length = power / curvature
-        at = at + length * direction
-        steps.append(_largest(length * direction) / max(_largest(at), 1e-300))
+        directions.add(direction, image, curvature)
+        step = float(direction @ residual) / curvature * direction
+        at = at + step
+        steps.append(_largest(step) / max(_largest(at), 1e-300))
         if max(steps[-2:]) < tolerance and len(steps) > 1:
             break
-        before, residual = residual, -call(at, offset=True)
-        towards = precondition(residual)
-        # Polak and Ribiere's form forgives rounding in the preconditioner.
-        turn = max(float(towards @ (residual - before)) / power, 0.0)
-        power = float(residual @ towards)
-        direction = towards + turn * direction
     done = len(steps) > 1 and max(steps[-2:]) < tolerance
     return Refined(at[:size].reshape(x.shape), at[size:], tuple(steps), done)
+
+
+class _Conjugate:
+    """Directions d_i with d_i'H d_j = 0."""
+
+    def __init__(self) -> None:
+        self._kept: list[tuple[np.ndarray, np.ndarray, float]] = []
+
+    def add(self, direction: np.ndarray, image: np.ndarray, curvature: float) -> None:
+        """Keep d, H d and d'H d."""
+        self._kept.append((direction, image, curvature))
+
+    def conjugate(self, v: np.ndarray) -> np.ndarray:
+        """What of v is conjugate to all kept directions (twice, against rounding)."""
+        for _ in range(2):
+            for direction, image, curvature in self._kept:
+                v = v - float(v @ image) / curvature * direction
+        return v
 
 
 def _largest(v: np.ndarray) -> float:

@@ -20,6 +20,7 @@ from mocap_jax.body.tangent import velocity_to_tangent
 from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
 from mocap_jax.estimate.sequence.model_gradient import model_gradient, moved_constants
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State
+from mocap_jax.least_squares.levenberg_marquardt import REFINED
 from mocap_jax.linalg.refine import refine, shifted_factor
 from mocap_jax.residuals.inertial import (
     CONSISTENT,
@@ -79,7 +80,7 @@ def measure(frames: int, *, border: bool) -> StepErrors:
 
     f, shift = shifted_factor(equations.lower, equations.corner, equations.border)
     x, z = linalg.solve(f, -equations.gradient, -equations.corner_gradient, equations.border)
-    refined = refine(f, equations.border, partial(_model, case), x, z, tolerance=1e-8)
+    refined = refine(f, equations.border, partial(_model, case), x, z, tolerance=REFINED)
     off = float(np.abs(refined.x - x_true)[:, :3].max())
     return StepErrors(
         frames, border, shift, error(x, z), error(refined.x, refined.z), off, refined.steps
