@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 from collections.abc import Iterable
@@ -14,6 +15,14 @@ from mocap_jax.errors import InputError
 if TYPE_CHECKING:
     from mocap_jax.recording import Recording
     from mocap_jax.solution import Solution
+
+
+# Arguments that name files, by what becomes of them.
+_INPUTS = (
+    "recording", "solution", "solutions", "reference", "motion", "file", "body", "skeleton",
+    "sensors",
+)  # fmt: skip
+_OUTPUTS = ("output", "json")
 
 
 def output_file(path: str | os.PathLike[str], suffixes: Iterable[str] = ()) -> Path:
@@ -38,6 +47,27 @@ def output_file(path: str | os.PathLike[str], suffixes: Iterable[str] = ()) -> P
     if not os.access(folder, os.W_OK):
         raise InputError(f"{file}: cannot be written, no permission to write in '{folder}'")
     return file
+
+
+def keep_inputs(arguments: argparse.Namespace) -> None:
+    """Refuse to write over a file that the same call reads, or twice to one file.
+
+    Raises:
+        UsageError: naming the file and both arguments.
+    """
+    seen: dict[Path, str] = {}
+    for name in (*_INPUTS, *_OUTPUTS):
+        given = getattr(arguments, name, None)
+        for path in given if isinstance(given, list) else [given]:
+            if not isinstance(path, str) or not Path(path).suffix:
+                continue
+            place = Path(path).resolve()
+            if name in _OUTPUTS and place in seen:
+                raise UsageError(
+                    f"{path}: --{name} would overwrite what {seen[place]} names; "
+                    "give it a name of its own"
+                )
+            seen.setdefault(place, name if name in _INPUTS else f"--{name}")
 
 
 def output_folder(path: str | os.PathLike[str]) -> Path:

@@ -22,6 +22,7 @@ from mocap_jax.cli import (
     simulate,
 )
 from mocap_jax.cli.exit_codes import FAILURE, USAGE, UsageError
+from mocap_jax.cli.files import keep_inputs
 from mocap_jax.cli.parser import Parser, add_common_arguments
 from mocap_jax.errors import MocapError
 
@@ -52,6 +53,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return int(end.code or 0)
     show_traceback = arguments.traceback or bool(os.environ.get("MOCAP_JAX_TRACEBACK"))
     try:
+        keep_inputs(arguments)
         prepare_process()
         return arguments.run(arguments)
     except BrokenPipeError:  # the reader of our output (`| head`) has gone

@@ -12,7 +12,13 @@ from mocap_jax.cli.exit_codes import FAILURE, UsageError
 from mocap_jax.cli.files import exit_code, output_file, read_input
 from mocap_jax.cli.methods import METHODS, PRESETS, solve
 from mocap_jax.cli.parser import add_json_argument, sensor_kinds
-from mocap_jax.cli.results import describe_solution, errors_against_truth, to_json, write_json
+from mocap_jax.cli.results import (
+    describe_solution,
+    ends_before_scores,
+    errors_against_truth,
+    to_json,
+    write_json,
+)
 from mocap_jax.errors import unknown_name
 
 if TYPE_CHECKING:
@@ -91,6 +97,9 @@ def run(arguments: argparse.Namespace) -> int:
     errors = errors_against_truth(solution, recording) if solution.status.ok else None
     if errors is not None:
         print(errors)
+    elif recording.truth is not None and ends_before_scores(solution):
+        print(f"  no errors: they are scored from {solution.setup.score_from:.2f} s on, "
+              "after the end of what could be read")  # fmt: skip
     if json_file is not None:
         write_json(json_file, to_json(solution, errors))
     if not solution.status.ok:

@@ -24,10 +24,17 @@ _HEADLINE = (
 
 
 def errors_against_truth(solution: Solution, recording: Recording) -> ErrorTable | None:
-    """Errors of a solution, where the recording holds its truth."""
+    """Errors of a solution, where the recording holds its truth and reaches what is scored."""
     from mocap_jax.metrics import evaluate
 
-    return evaluate(solution, recording) if recording.truth is not None else None
+    if recording.truth is None or ends_before_scores(solution):
+        return None
+    return evaluate(solution, recording)
+
+
+def ends_before_scores(solution: Solution) -> bool:
+    """Whether a (cut) recording ends in its rest hold or blend, which are not scored."""
+    return float(solution.trajectory.time[-1]) < solution.setup.score_from
 
 
 def to_json(solution: Solution, errors: ErrorTable | None = None) -> dict[str, Any]:

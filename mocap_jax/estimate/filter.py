@@ -20,7 +20,7 @@ from mocap_jax.estimate.filter_data import filter_data
 from mocap_jax.estimate.filter_frame import FilterModel, FrameInput, Parameters
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.innovation_statistics import InnovationStatistics
-from mocap_jax.estimate.inputs import body_of, uses_root
+from mocap_jax.estimate.inputs import body_of, gauge_remarks, uses_root
 from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.shared_joints import shared_joints
 from mocap_jax.initialise import RestEstimate, rest_pose
@@ -76,7 +76,7 @@ def ekf(
         status=_status(q, options),
         method="ekf_smoothed" if options.smooth else "ekf",
         setup=recording.setup,
-        remarks=(*rest.remarks, *remarks),
+        remarks=(*rest.remarks, *remarks, *gauge_remarks(use_root)),
         covariance=covariance,
         observed=run.observed,
         seconds_solve=seconds - clock.seconds,

@@ -29,3 +29,13 @@ def uses_root(recording: Recording, root: str) -> bool:
     if root == "given" and recording.root is None:
         raise InputError("root='given': the recording has no measured root (valid: auto, free)")
     return root != "free" and recording.root is not None
+
+
+def gauge_remarks(root_given: bool) -> tuple[str, ...]:
+    """What a solution without a measured root says about it."""
+    if root_given:
+        return ()
+    return (
+        "Root free: its position and heading come from accelerations and rates alone and drift; "
+        "they are tied to the declared pose at the start.",
+    )

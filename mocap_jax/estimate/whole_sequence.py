@@ -16,7 +16,7 @@ from mocap_jax.body import Body, Topology, difference
 from mocap_jax.errors import InputError, SolveError
 from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.estimate.initial_guess import at_rest, constants_from, first_guess, on_grid
-from mocap_jax.estimate.inputs import body_of, uses_root
+from mocap_jax.estimate.inputs import body_of, gauge_remarks, uses_root
 from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.sequence.adapt import (
     Levels,
@@ -228,7 +228,7 @@ class _Run:
             status=status,
             method="optimise",
             setup=recording.setup,
-            remarks=(*recording.salvage, *remarks, *_gauge_remarks(root_given)),
+            remarks=(*recording.salvage, *remarks, *gauge_remarks(root_given)),
             covariance=covariance,
             observed=observed_joints(self.body, self.data),
             cost=tuple(self.cost),
@@ -272,15 +272,6 @@ def central_velocity(body: Body, q: np.ndarray, step: float) -> np.ndarray:
 def _undetermined(reason: str, *, root_given: bool) -> str:
     what = "some poses" if root_given else "root position, heading and their slow drift"
     return f"The data do not determine {what}; no covariance ({reason})."
-
-
-def _gauge_remarks(root_given: bool) -> tuple[str, ...]:
-    if root_given:
-        return ()
-    return (
-        "Root free: its position and heading come from accelerations and rates alone and drift; "
-        "they are tied to the declared pose at the start.",
-    )
 
 
 def _calibration(

@@ -57,10 +57,13 @@ def load_amc(
 
 def _skeleton_beside(path: Path) -> Path:
     """`NN.asf` beside `NN_MM.amc`."""
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
     skeleton = path.with_name(path.stem.split("_")[0] + ".asf")
     if not skeleton.is_file():
         raise InputError(
-            f"{path}: its skeleton {skeleton.name} is not beside it; name one with skeleton="
+            f"{path}: its skeleton {skeleton.name} is not beside it; "
+            "name one with --skeleton (skeleton=)"
         )
     return skeleton
 

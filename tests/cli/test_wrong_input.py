@@ -47,6 +47,32 @@ def test_unknown_option(refused):
     refused(["info", "--colour", "a.mcap"], USAGE, "--colour")
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["reconstruct", "{rec}", "-o", "{rec}", "--method", "ekf"],
+        ["reconstruct", "{rec}", "--json", "{rec}", "--method", "ekf"],
+        ["evaluate", "{rec}", "{rec}", "--json", "{rec}"],
+        ["simulate", "routine", "-o", "{out}.mcap", "--json", "{out}.mcap"],
+    ],
+)
+def test_inputs_are_not_written_over(refused, recording_file, tmp_path, arguments):
+    before = Path(recording_file).read_bytes()
+    named = [a.format(rec=recording_file, out=tmp_path / "out") for a in arguments]
+    code_words = (USAGE, "overwrite") if "simulate" not in arguments else (USAGE,)
+    refused(named, *code_words)
+    assert Path(recording_file).read_bytes() == before
+
+
+def test_the_rest_hold_alone_is_reconstructed_without_errors(run, recording, tmp_path):
+    later = dataclasses.replace(recording.setup, score_from=1e3)
+    write_recording(tmp_path / "cut.mcap", dataclasses.replace(recording, setup=later))
+    outcome = run("reconstruct", tmp_path / "cut.mcap", "--method", "ekf")
+    assert outcome.code == 0, outcome
+    assert "no errors" in outcome.out
+    assert (tmp_path / "cut.solution.mcap").is_file()
+
+
 def test_unknown_sensor_kind(refused, recording_file):
     refused(["reconstruct", recording_file, "--sensors", "A,Q"], USAGE, "'Q'", "gyroscope")
 
