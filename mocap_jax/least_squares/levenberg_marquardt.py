@@ -21,7 +21,7 @@ from mocap_jax.least_squares.damping import damp_jitter, jitter_force, on_the_st
 # A rejected step multiplies the damping by this, the next one by its square, and so on. Nielsen's 2
 # takes seven linearisations to cross the six decades between a loose and a tight problem.
 _GROWTH = 10.0
-# Relative size of the last steps of a refinement; the error left is up to a thousand times larger.
+# Relative size of the last steps of a refinement.
 REFINED = 1e-9
 
 
@@ -186,7 +186,8 @@ def _refined(
     problem: Problem, state: Any, e: NormalEquations, damping: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """The step to the accuracy of J, however badly conditioned J'J is."""
-    plain, (_, band) = on_the_step(damping, *_shape(e)), _shape(e)
+    frames, band = _shape(e)
+    plain = on_the_step(damping, frames, band)
     f, _ = linalg.shifted_factor(e.lower, e.corner, e.border, damping=plain)
     x, z = linalg.solve(f, -e.gradient, -e.corner_gradient, e.border)
 
@@ -203,6 +204,7 @@ def _predicted_decrease(
 ) -> float:
     """Decrease of the quadratic model: half step'(damping step - gradient)."""
     slope = float((e.gradient * step).sum() + e.corner_gradient @ constants)
-    plain, (_, band) = on_the_step(damping, *_shape(e)), _shape(e)
+    frames, band = _shape(e)
+    plain = on_the_step(damping, frames, band)
     length = plain * float((step * step).sum() + constants @ constants)
     return 0.5 * (length + float((step * jitter_force(step, damping, band)).sum()) - slope)

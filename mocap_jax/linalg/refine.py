@@ -2,7 +2,7 @@
 
 The normal equations J'J square the condition number of J. A root seen through accelerations alone
 has one that grows like the square of the number of frames, so J'J loses the slow drifts in
-rounding, and its factor is a preconditioner rather than a solution. Conjugate gradients with
+rounding, and its factor is a preconditioner rather than a solution. Conjugate directions with
 products formed from J itself, J'(J x), bring the step to the accuracy of an orthogonal
 factorisation; they also remove the effect of a shift that made J'J positive definite again, in
 about as many iterations as there are modes below the shift (Bjorck 1996, ch. 7).
