@@ -6,12 +6,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from mocap_jax import so3
 from mocap_jax.body import Body, difference, retract
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
-from mocap_jax.estimate.sequence.layout import Constants
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.initialise import rest_pose
 from mocap_jax.recording import Recording
@@ -78,16 +76,3 @@ def on_grid(initial: Solution, body: Body, time: np.ndarray) -> np.ndarray:
         return retract(ours, a, s * difference(ours, a, b))
 
     return np.asarray(between(jnp.asarray(q[right - 1]), jnp.asarray(q[right]), jnp.asarray(share)))
-
-
-def constants_from(initial: Solution, sensors: tuple[str, ...]) -> Constants:
-    """Sensor constants found by an earlier solve; zero where it has none."""
-    look_up = lambda key: np.array(  # noqa: E731
-        [np.asarray(initial.calibration.get(f"{key}/{name}", np.zeros(3))) for name in sensors]
-    ).reshape(-1, 3)
-    return Constants(
-        look_up("gyroscope_bias"),
-        look_up("accelerometer_bias"),
-        np.asarray(so3.exp(jnp.asarray(look_up("mounting_rotation")))),
-        look_up("mounting_offset"),
-    )

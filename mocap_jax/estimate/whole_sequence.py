@@ -15,9 +15,11 @@ from mocap_jax import linalg
 from mocap_jax.body import Body, Topology, difference
 from mocap_jax.errors import InputError, SolveError
 from mocap_jax.estimate.compile_clock import CompileClock
-from mocap_jax.estimate.initial_guess import at_rest, constants_from, first_guess, on_grid
+from mocap_jax.estimate.constant_names import constant_places, constants_from
+from mocap_jax.estimate.initial_guess import at_rest, first_guess, on_grid
 from mocap_jax.estimate.inputs import body_of, gauge_remarks, uses_root
 from mocap_jax.estimate.observed_joints import observed_joints
+from mocap_jax.estimate.rest_biases import rest_biases
 from mocap_jax.estimate.sequence.adapt import (
     Levels,
     information,
@@ -25,7 +27,7 @@ from mocap_jax.estimate.sequence.adapt import (
     prior_information,
     re_estimate,
 )
-from mocap_jax.estimate.sequence.layout import CONSTANTS_PER_SENSOR
+from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State, constant_values
 from mocap_jax.estimate.sequence.statistics import residual_statistics
 from mocap_jax.estimate.sequence.terms import Built, build
@@ -91,8 +93,10 @@ def optimise(
         built = build(
             data, body, recording.setup, options, root_given=root_given, user_data=user_data
         )
-        run = _Run(body, data, built, options, root_given=root_given)
-        state = State(on_grid(initial, body, data.time), constants_from(initial, data.sensors))
+        run = _Run(recording, body, data, built, options, root_given=root_given)
+        state = State(
+            on_grid(initial, body, data.time), constants_from(initial, data.sensors, built.layout)
+        )
         solution = run.solve(state, recording, root_given=root_given, progress=progress)
     seconds = time.perf_counter() - begin
     solution = dataclasses.replace(
@@ -127,16 +131,17 @@ class _Run:
     """One solve: rounds of minimisation with noise levels re-estimated in between."""
 
     def __init__(
-        self, body: Body, data: FrameData, built: Built, options: OptimiseOptions, *,
-        root_given: bool = True,
+        self, recording: Recording, body: Body, data: FrameData, built: Built,
+        options: OptimiseOptions, *, root_given: bool = True,
     ) -> None:  # fmt: skip
         self.body, self.data, self.built, self.options = body, data, built, options
         layout = built.layout
         self.levels = initial_levels(options, len(layout.sites))
         self.problem = SequenceProblem(
             layout, body, built.terms, built.weights,
-            prior_information(self.levels, len(layout.sites)), np.dtype(options.dtype),
+            prior_information(self.levels, layout), np.dtype(options.dtype),
             refines=self._loses_digits(root_given),
+            readings=rest_biases(recording, data, layout, options),
         )  # fmt: skip
         self.cost: list[float] = []
         self.iterations = 0
@@ -180,9 +185,7 @@ class _Run:
         free = 6 if self.body.has_free_root else 0
         changed = information(self.built, gate, self.levels, free=free)
         self.problem.replace_terms(**changed)
-        self.problem.prior_information = prior_information(
-            self.levels, len(self.built.layout.sites)
-        )
+        self.problem.prior_information = prior_information(self.levels, self.built.layout)
         mu = self.options.noise.range_mu
         graduation = mu[-1] if last else mu[min(number, len(mu) - 1)]
         self.problem.replace_weights(range_mu=graduation)
@@ -215,7 +218,7 @@ class _Run:
     ) -> Solution:  # fmt: skip
         state, layout = result.state, self.built.layout
         status, remarks = _STATUS[result.outcome], [result.message] if result.message else []
-        covariance, deviations = None, np.full((len(layout.sites), CONSTANTS_PER_SENSOR), np.nan)
+        covariance, deviations = None, np.full(layout.constants, np.nan)
         if status.ok:
             try:
                 covariance, deviations = self._covariance(state)
@@ -237,17 +240,15 @@ class _Run:
                 self.problem.residuals(state), changed, self.built, self.data, self.body
             ),
             options=_record(self.options, self.levels),
-            **_calibration(state, deviations, self.data.sensors, use=layout.use_border),  # type: ignore[arg-type]
+            **_calibration(state, deviations, self.data.sensors, layout),  # type: ignore[arg-type]
         )
 
     def _covariance(self, state: State) -> tuple[np.ndarray | None, np.ndarray]:
         layout = self.built.layout
-        deviations = np.full((len(layout.sites), CONSTANTS_PER_SENSOR), np.nan)
+        deviations = np.full(layout.constants, np.nan)
         equations, f = self.problem.factorised(state)
         if layout.use_border:
-            deviations = np.sqrt(np.diag(linalg.corner_covariance(f))).reshape(
-                -1, CONSTANTS_PER_SENSOR
-            )
+            deviations = np.sqrt(np.diag(linalg.corner_covariance(f)))
         if not self.options.covariance:
             return None, deviations
         return linalg.marginals(f, equations.border), deviations
@@ -275,17 +276,11 @@ def _undetermined(reason: str, *, root_given: bool) -> str:
 
 
 def _calibration(
-    state: State, deviations: np.ndarray, sensors: tuple[str, ...], *, use: bool
+    state: State, deviations: np.ndarray, sensors: tuple[str, ...], layout: Layout
 ) -> dict[str, dict[str, np.ndarray]]:
-    if not use:
+    if not layout.use_border:
         return {}
-    values = constant_values(state.constants)
-    keys = ("gyroscope_bias", "accelerometer_bias", "mounting_rotation", "mounting_offset")
-    table = {
-        f"{key}/{name}": (i, slice(3 * c, 3 * c + 3))
-        for i, name in enumerate(sensors)
-        for c, key in enumerate(keys)
-    }
+    values, table = constant_values(state.constants), constant_places(layout, sensors)
     return {
         "calibration": {k: values[at] for k, at in table.items()},
         "calibration_std": {k: deviations[at] for k, at in table.items()},

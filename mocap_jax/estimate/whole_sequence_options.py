@@ -12,19 +12,33 @@ from mocap_jax.residuals.robust import LossName
 
 @dataclass(frozen=True)
 class ConstantsOptions:
-    """Sensor constants solved for with the motion (the border of the normal equations)."""
+    """Constants solved for with the motion (the border of the normal equations).
+
+    The last three are what distances measure poses by; they are solved for when distances are used.
+    """
 
     gyroscope_bias_sigma: float = 0.01
     """Prior standard deviation [rad/s] (consumer MEMS after warm-up, about 0.5 deg/s); 0 = off."""
+    still_turn: float = 0.005
+    """How far a person who holds still turns during the rest hold in all [rad]: over its duration,
+    the gyroscopes' mean reading in it is their bias to this much. 0 = take no bias from it."""
     accelerometer_bias_sigma: float = 0.15
     """Prior standard deviation [m/s^2] (15 mg, consumer MEMS); 0 = off."""
     mounting_sigma: float = 0.05
     """Prior standard deviation of each mounting rotation component [rad]; 0 = off."""
     offset_sigma: float = 0.015
-    """Prior standard deviation of each component of a sensor's position on its segment [m], which
-    also takes up constant errors of body dimensions; 0 = off."""
+    """Prior standard deviation of each component of a sensor's position on its segment [m]
+    (palpation, Della Croce et al. 2005: 6 to 25 mm); 0 = off."""
+    length_sigma: float = 0.04
+    """Prior standard deviation of segment lengths, relative to the body's (regression from stature,
+    Winter 2009, chapter 4: a few per cent); 0 = off."""
+    source_sigma: float = 0.015
+    """Prior standard deviation of each component of a source's position [m]; 0 = off."""
+    sound_sigma: float = 0.01
+    """Prior standard deviation of the speed of sound, relative (air temperature known to 6
+    degrees); 0 = off."""
     adapt: bool = True
-    """Lower the four figures to what the recording shows (variance components)."""
+    """Lower these figures to what the recording shows (variance components)."""
 
 
 @dataclass(frozen=True)
@@ -47,9 +61,9 @@ class NoiseOptions:
     """The same of rates [rad/s]."""
     orientation_model: float = 0.03
     """The same of measured orientations [rad]."""
-    range_model: float = 0.03
-    """Segment lengths, source positions and speed of sound in ranges [m]: a few per cent of the
-    distance, and constant over a recording."""
+    range_model: float = 0.01
+    """What remains of ranges beside the constants [m]: soft tissue, which slides by millimetres to
+    centimetres (Leardini et al. 2005)."""
     adapt: bool = True
     """Lower the model errors, and the rest pose's, to what the recording shows."""
     excess_margin: float = 8.0

@@ -13,7 +13,15 @@ from mocap_jax import so3
 from mocap_jax.body import load_body, normalise, retract
 from mocap_jax.estimate.sequence import inertial_terms, pose_terms, range_terms
 from mocap_jax.estimate.sequence.assemble import _cost, kinematics
-from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, UserResidual, Weights
+from mocap_jax.estimate.sequence.layout import (
+    Constants,
+    Geometry,
+    Layout,
+    Terms,
+    UserResidual,
+    Weights,
+)
+from mocap_jax.estimate.sequence.model_gradient import moved_constants
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State
 from mocap_jax.residuals.inertial import CONSISTENT
 
@@ -28,6 +36,7 @@ BODY = """<mujoco><worldbody><body name="pelvis" pos="0 0 1"><freejoint/><geom s
 <site name="source" pos=".1 .1 .2" quat="1 .2 0 .4"/>
 </body></body></worldbody></mujoco>"""
 T, S, K = 9, 4, 3
+M = 12 * S + 2 + 3 + 1
 
 
 def _user(body, window, data):
@@ -48,6 +57,7 @@ def make(order: int, *, losses: str = "none", user: bool = False, chunk: int = 1
     layout = Layout(
         top, sites, (*sites, source), 1, True, True, True, True, True, CONSISTENT, order,
         losses, losses, (UserResidual("mine", _user, 3),) if user else (), chunk,
+        lengths=tuple(top.body_index(n) for n in ("shank", "chest")), sources=(4,), use_sound=True,
     )  # fmt: skip
     inside = lambda x, a, b: x * (np.arange(T) >= a)[:, None] * (np.arange(T) < T - b)[:, None]  # noqa: E731
     positive = lambda *shape: rng.uniform(0.5, 2.0, size=shape)  # noqa: E731
@@ -74,21 +84,18 @@ def make(order: int, *, losses: str = "none", user: bool = False, chunk: int = 1
         0.2 * draw(S, 3),
         np.array(so3.exp(jnp.asarray(0.2 * draw(S, 3)))),
         0.05 * draw(S, 3),
+        Geometry(0.1 * draw(2), 0.05 * draw(1, 3), 0.1 * draw(1)),
     )
-    problem = SequenceProblem(layout, body, terms, weights, np.zeros((S, 12)))
+    problem = SequenceProblem(layout, body, terms, weights, np.zeros(M))
     return problem, State(q, constants)
 
 
 def moved(problem: SequenceProblem, state: State, delta: jax.Array):
     """Poses and constants at a tangent step, traceable."""
     nv, layout = problem.layout.topology.nv, problem.layout
-    step, d = delta[: T * nv].reshape(T, nv), delta[T * nv :].reshape(S, 12)
+    step = delta[: T * nv].reshape(T, nv)
     q = jax.vmap(lambda a, b: retract(layout.topology, a, b))(jnp.asarray(state.q), step)
-    c = state.constants
-    mounting = so3.matmul3(jnp.asarray(c.mounting), so3.exp(d[:, 6:9]))
-    return q, Constants(
-        c.gyroscope_bias + d[:, :3], c.accelerometer_bias + d[:, 3:6], mounting, c.offset + d[:, 9:]
-    )
+    return q, moved_constants(layout, state.constants, delta[T * nv :])
 
 
 def stacked_residuals(problem: SequenceProblem, state: State, delta: jax.Array) -> jax.Array:
@@ -155,7 +162,7 @@ def test_gradient_of_robust_cost(loss: str) -> None:
     problem, state = make(2, losses=loss)
     equations = problem.linearise(state)
     rng = np.random.default_rng(0)
-    step, constants = rng.normal(size=(T, problem.layout.topology.nv)), rng.normal(size=12 * S)
+    step, constants = rng.normal(size=(T, problem.layout.topology.nv)), rng.normal(size=M)
     slope = (equations.gradient * step).sum() + equations.corner_gradient @ constants
     e = 1e-6
     ahead = problem.cost(problem.move(state, e * step, e * constants))
@@ -175,12 +182,17 @@ def test_chunks_do_not_change_the_equations() -> None:
 def test_border_can_be_left_out() -> None:
     problem, state = make(2)
     without = SequenceProblem(
-        dataclasses.replace(problem.layout, use_border=False),
+        dataclasses.replace(
+            problem.layout, use_border=False, lengths=(), sources=(), use_sound=False
+        ),
         problem.body,
         jax.tree.map(lambda x: x, _unpadded(problem)),
         problem.weights,
-        np.zeros((S, 12)),
+        np.zeros(0),
     )
+    state = State(state.q, dataclasses.replace(state.constants, geometry=Geometry()))
+    problem.layout = dataclasses.replace(problem.layout, lengths=(), sources=(), use_sound=False)
+    problem.prior_information = np.zeros(12 * S)
     a, b = problem.linearise(state), without.linearise(state)
     np.testing.assert_allclose(a.lower, b.lower, rtol=1e-10, atol=1e-9)
     assert b.border is None and len(b.corner_gradient) == 0

@@ -23,6 +23,7 @@ import numpy as np
 
 from mocap_jax import linalg
 from mocap_jax.body import difference
+from mocap_jax.estimate.sequence.layout import CONSTANTS_PER_SENSOR, Layout
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State, constant_values
 from mocap_jax.estimate.sequence.terms import Built
 from mocap_jax.estimate.whole_sequence_options import ConstantsOptions, OptimiseOptions
@@ -50,7 +51,8 @@ _INFORMATION = {
     "orientation": "orientation_information",
     "range": "range_information",
 }
-_CONSTANTS = ("gyroscope_bias", "accelerometer_bias", "mounting", "offset")
+_SENSOR = ("gyroscope_bias", "accelerometer_bias", "mounting", "offset")
+_CONSTANTS = (*_SENSOR, "length", "source", "sound")
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,9 @@ class Levels:
     accelerometer_bias: float
     mounting: float
     offset: float
+    length: float
+    source: float
+    sound: float
     rest: float
 
     def close_to(self, other: Levels) -> bool:
@@ -74,12 +79,15 @@ class Levels:
 
 
 def declared_deviations(options: ConstantsOptions) -> dict[str, float]:
-    """Prior standard deviations of the sensors' constants, by name."""
+    """Prior standard deviations of the constants, by name."""
     return {
         "gyroscope_bias": options.gyroscope_bias_sigma,
         "accelerometer_bias": options.accelerometer_bias_sigma,
         "mounting": options.mounting_sigma,
         "offset": options.offset_sigma,
+        "length": options.length_sigma,
+        "source": options.source_sigma,
+        "sound": options.sound_sigma,
     }
 
 
@@ -90,10 +98,24 @@ def initial_levels(options: OptimiseOptions, sensors: int) -> Levels:
     return Levels(share, **declared_deviations(options.constants), rest=options.prior.rest_sigma)
 
 
-def prior_information(levels: Levels, sensors: int) -> np.ndarray:
-    """Inverse variances of the sensors' constants (s, 12); a zero deviation pins the constant."""
-    sigma = np.repeat([getattr(levels, name) for name in _CONSTANTS], 3)
-    return np.tile(1 / np.maximum(sigma, 1e-7) ** 2, (sensors, 1))
+def constant_cells(layout: Layout) -> dict[str, np.ndarray]:
+    """Where each kind of constant stands among all of them (see `constant_values`)."""
+    sensors = np.arange(CONSTANTS_PER_SENSOR * len(layout.sites)).reshape(-1, len(_SENSOR), 3)
+    cells = {name: sensors[:, i].ravel() for i, name in enumerate(_SENSOR)}
+    sizes = (len(layout.lengths), 3 * len(layout.sources), int(layout.use_sound))
+    ends = sensors.size + np.cumsum([0, *sizes])
+    for i, name in enumerate(("length", "source", "sound")):
+        cells[name] = np.arange(ends[i], ends[i + 1])
+    return cells
+
+
+def prior_information(levels: Levels, layout: Layout) -> np.ndarray:
+    """Inverse variances of all constants (m,); a zero deviation pins the constant."""
+    cells = constant_cells(layout)
+    sigma = np.empty(sum(len(c) for c in cells.values()))
+    for name, at in cells.items():
+        sigma[at] = getattr(levels, name)
+    return 1 / np.maximum(sigma, 1e-7) ** 2
 
 
 def information(
@@ -167,7 +189,7 @@ def re_estimate(
                 np.clip(rest, 1e-3 * options.prior.rest_sigma, options.prior.rest_sigma)
             )
     if options.constants.adapt and problem.layout.use_border:
-        changes |= _constants(state, f, levels, options.constants)
+        changes |= _constants(problem, state, f, levels, options.constants)
     return dataclasses.replace(levels, **changes)
 
 
@@ -235,23 +257,27 @@ def _range_excess(
 
 
 def _constants(
-    state: State, f: linalg.ArrowFactor, levels: Levels, options: ConstantsOptions
+    problem: SequenceProblem,
+    state: State,
+    f: linalg.ArrowFactor,
+    levels: Levels,
+    options: ConstantsOptions,
 ) -> dict[str, float]:
-    """Deviations of the sensors' constants as a population: sum v^2 / sum (1 - var / sigma^2).
+    """Deviations of each kind of constants as a population: sum v^2 / sum (1 - var / sigma^2).
 
     They may shrink to what the recording shows, not grow beyond the declared prior: a misfit
     elsewhere would otherwise be blamed on them without bound.
     """
     values = constant_values(state.constants)
-    variance = np.diag(linalg.corner_covariance(f)).reshape(values.shape)
-    changes = {}
-    for i, (name, declared) in enumerate(declared_deviations(options).items()):
-        sigma, cells = getattr(levels, name), slice(3 * i, 3 * i + 3)
-        if not sigma:
+    variance = np.diag(linalg.corner_covariance(f))
+    changes, cells = {}, constant_cells(problem.layout)
+    for name, declared in declared_deviations(options).items():
+        sigma, at = getattr(levels, name), cells[name]
+        if not sigma or not len(at):
             continue
-        determined = (1 - variance[:, cells] / sigma**2).clip(0).sum()
-        least = _LEAST_REDUNDANCY * variance[:, cells].size
-        found = np.sqrt((values[:, cells] ** 2).sum() / max(determined, least))
+        determined = (1 - variance[at] / sigma**2).clip(0).sum()
+        least = _LEAST_REDUNDANCY * len(at)
+        found = np.sqrt((values[at] ** 2).sum() / max(determined, least))
         changes[name] = float(np.clip(found, 1e-3 * declared, declared))
     return changes
 

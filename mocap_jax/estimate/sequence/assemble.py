@@ -16,8 +16,9 @@ from jax import Array
 from jaxtyping import Float
 
 from mocap_jax.body import Body
-from mocap_jax.estimate.sequence import inertial_terms, pose_terms, range_terms
+from mocap_jax.estimate.sequence import geometry_terms, inertial_terms, pose_terms, range_terms
 from mocap_jax.estimate.sequence.composite import joint_block, joint_border, joint_gradient
+from mocap_jax.estimate.sequence.geometry_terms import GeometryInformation
 from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
 from mocap_jax.estimate.sequence.window import Window, kinematics, sensor_dofs
 
@@ -35,6 +36,7 @@ class ChunkSystem(NamedTuple):
     """What ranges add: rows the receivers' offsets."""
     corner: Float[Array, "s 12 12"]
     corner_gradient: Float[Array, "s 12"]
+    geometry: GeometryInformation
     cost: Float[Array, ""]
 
 
@@ -135,17 +137,21 @@ def assemble_chunk(
     blocks, gradient = pose_terms.add_user_blocks(layout, body, blocks, gradient, q, terms, core)
     range_border = jnp.zeros((0,), gradient.dtype)
     corner, corner_gradient = info.constants, info.constants_gradient
+    geometry = geometry_terms.nothing(layout, len(gradient), gradient.dtype)
     if layout.use_border:
         sensors = len(layout.sites)
         range_border = jnp.zeros((len(gradient), sensors, 3, layout.topology.nv), gradient.dtype)
+        if layout.lengths and info.accelerations is not None:
+            geometry = geometry_terms.of_accelerations(layout, w, info.accelerations, core)
         if ranges is not None:
-            range_border, square, slope = range_terms.border(layout, rows)
-            corner = corner.at[:, 9:, 9:].add(square)
-            corner_gradient = corner_gradient.at[:, 9:].add(slope)
+            told = range_terms.border(layout, rows)
+            range_border, geometry = told.offset, geometry.plus(told.geometry)
+            corner = corner.at[:, 9:, 9:].add(told.offset_square)
+            corner_gradient = corner_gradient.at[:, 9:].add(told.offset_gradient)
     cost = 0.5 * sum(x.sum() for x in kinds.values())
     return ChunkSystem(
         jnp.stack(blocks, axis=1), gradient, info.border, w.screws[core], range_border,
-        corner, corner_gradient, cost,
+        corner, corner_gradient, geometry, cost,
     )  # fmt: skip
 
 
@@ -155,12 +161,13 @@ def _later(w: Window, core: slice, offset: int) -> Array:
 
 @partial(jax.jit, static_argnums=0)
 def chunk_border(
-    layout: Layout, border: Array, screws: Array, range_border: Array
+    layout: Layout, border: Array, screws: Array, range_border: Array, geometry: Array
 ) -> Float[Array, "c m nv"]:
     """Blocks of B' of a chunk, from its compact border."""
     blocks = joint_border(sensor_dofs(layout), border, screws)
     blocks = blocks + jnp.pad(range_border, ((0, 0), (0, 0), (9, 0), (0, 0)))
-    return blocks.reshape(blocks.shape[0], layout.constants, layout.topology.nv)
+    blocks = blocks.reshape(blocks.shape[0], -1, layout.topology.nv)
+    return jnp.concatenate([blocks, geometry], axis=1)
 
 
 def cut(tree: Terms, layout: Layout, index: int) -> Terms:

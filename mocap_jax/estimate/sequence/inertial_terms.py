@@ -19,6 +19,7 @@ from jax import Array
 from jaxtyping import Float
 
 from mocap_jax import so3
+from mocap_jax.estimate.sequence.geometry_terms import AccelerationRows
 from mocap_jax.estimate.sequence.layout import (
     CONSTANTS_PER_SENSOR,
     Constants,
@@ -56,6 +57,8 @@ class SiteInformation(NamedTuple):
     """Rows twist at frame k, columns the sensor's constants."""
     constants: Float[Array, "s 12 12"]
     constants_gradient: Float[Array, "s 12"]
+    accelerations: AccelerationRows | None = None
+    """What the segment lengths need."""
 
 
 def residuals(
@@ -225,7 +228,8 @@ def _add_acceleration(
             angular = _matmul(_transpose(so3.skew(centred(y[j], j - 1))), cols)
             border = border + jnp.concatenate([alpha[j] * cols, angular], axis=-2)
     corner, corner_gradient = _corner(layout, total, columns, info, r.acceleration, start - 1, size)
-    return SiteInformation(tuple(blocks), gradient, border, corner, corner_gradient)
+    rows = AccelerationRows(r.acceleration, info, alpha, y, columns)
+    return SiteInformation(tuple(blocks), gradient, border, corner, corner_gradient, rows)
 
 
 def _corner(
@@ -280,7 +284,9 @@ def _add_rate(
         border = border + _angular_rows(coupled[before] - coupled[here])
     size = core.stop - core.start
     corner, corner_gradient = _corner(layout, total, columns, info, r.rate, core.start, size)
-    return SiteInformation(tuple(blocks), gradient, border, corner, corner_gradient)
+    return SiteInformation(
+        tuple(blocks), gradient, border, corner, corner_gradient, total.accelerations
+    )
 
 
 def _add_orientation(
@@ -309,4 +315,6 @@ def _add_orientation(
         border = border + _angular_rows(_matmul(_transpose(weighted_turn), columns))
     size = core.stop - core.start
     corner, corner_gradient = _corner(layout, total, columns, info, residual, 0, size)
-    return SiteInformation(tuple(blocks), gradient, border, corner, corner_gradient)
+    return SiteInformation(
+        tuple(blocks), gradient, border, corner, corner_gradient, total.accelerations
+    )

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import jax
+import numpy as np
 from jax import Array
 from jaxtyping import Float, Int
 
@@ -49,6 +50,12 @@ class Layout:
     range_loss: str
     user: tuple[UserResidual, ...] = ()
     chunk: int = 128
+    lengths: tuple[int, ...] = ()
+    """Bodies whose offset from their parent has an unknown length."""
+    sources: tuple[int, ...] = ()
+    """Positions in `range_sites` of sources whose place on their segment is unknown."""
+    use_sound: bool = False
+    """The speed of sound is unknown."""
 
     @property
     def half_bandwidth(self) -> int:
@@ -62,9 +69,27 @@ class Layout:
         return self.half_bandwidth
 
     @property
+    def geometry(self) -> int:
+        """Number of border unknowns that belong to no sensor (`Geometry`)."""
+        return len(self.lengths) + 3 * len(self.sources) + self.use_sound
+
+    @property
     def constants(self) -> int:
-        """Number of border unknowns."""
-        return CONSTANTS_PER_SENSOR * len(self.sites) if self.use_border else 0
+        """Number of border unknowns: those of all sensors, then the geometry."""
+        return CONSTANTS_PER_SENSOR * len(self.sites) + self.geometry if self.use_border else 0
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Geometry:
+    """Constants of body, sources and air: what ranges measure poses by."""
+
+    length: Float[Array, "l"] = field(default_factory=lambda: np.zeros(0))
+    """Relative change of the distance of each of `Layout.lengths` from its parent."""
+    source: Float[Array, "n 3"] = field(default_factory=lambda: np.zeros((0, 3)))
+    """Position of each of `Layout.sources` less that of its site, site frame [m]."""
+    sound: Float[Array, "u"] = field(default_factory=lambda: np.zeros(0))
+    """Relative change of the speed of sound; empty where it is certain."""
 
 
 @jax.tree_util.register_dataclass
@@ -80,6 +105,7 @@ class Constants:
     """R_site_sensor."""
     offset: Float[Array, "s 3"]
     """Position of the sensor less that of its site, site frame [m]."""
+    geometry: Geometry = field(default_factory=Geometry)
 
 
 @jax.tree_util.register_dataclass

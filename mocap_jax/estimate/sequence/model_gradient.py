@@ -24,6 +24,7 @@ from mocap_jax.estimate.sequence import inertial_terms, pose_terms, range_terms
 from mocap_jax.estimate.sequence.layout import (
     CONSTANTS_PER_SENSOR,
     Constants,
+    Geometry,
     Layout,
     Terms,
     Weights,
@@ -103,13 +104,19 @@ def _apart(layout: Layout, terms: Terms) -> Terms:
     return dataclasses.replace(terms, range_receiver=receiver)
 
 
-def moved_constants(c: Constants, d: Float[Array, "s 12"]) -> Constants:
-    """Constants after a tangent step."""
+def moved_constants(layout: Layout, c: Constants, step: Float[Array, "m"]) -> Constants:
+    """Constants after a tangent step, in the order of `constant_values`."""
+    split = CONSTANTS_PER_SENSOR * len(layout.sites)
+    ends = np.cumsum([split, len(layout.lengths), 3 * len(layout.sources)])
+    d = step[:split].reshape(-1, CONSTANTS_PER_SENSOR)
+    length, source, sound = jnp.split(step[split:], ends[1:] - split)
+    g = c.geometry
     return Constants(
         gyroscope_bias=c.gyroscope_bias + d[:, :3],
         accelerometer_bias=c.accelerometer_bias + d[:, 3:6],
         mounting=so3.matmul3(c.mounting, so3.exp(d[:, 6:9])),
         offset=c.offset + d[:, 9:12],
+        geometry=Geometry(g.length + length, g.source + source.reshape(-1, 3), g.sound + sound),
     )
 
 
@@ -122,9 +129,9 @@ def chunk_model_gradient(
     terms: Terms,
     weights: Weights,
     step: Float[Array, "n nv"],
-    constants_step: Float[Array, "s 12"],
+    constants_step: Float[Array, "m"],
     offset: Float[Array, ""],
-) -> tuple[Float[Array, "n nv"], Float[Array, "s 12"]]:
+) -> tuple[Float[Array, "n nv"], Float[Array, "m"]]:
     """J'W(o r + J x) of the residuals of one chunk, by the frames of its window and the constants.
 
     Args:
@@ -135,7 +142,7 @@ def chunk_model_gradient(
         terms: of the same frames.
         weights: scalars.
         step: x, by frame.
-        constants_step: x, by sensor.
+        constants_step: x of the constants.
         offset: o, 1 for the gradient of the model and 0 for the product with J'WJ.
     """
     base = parts(layout, body, q, constants, terms, weights)
@@ -143,7 +150,7 @@ def chunk_model_gradient(
 
     def whitened(x: Array, z: Array) -> list[Array]:
         poses = jax.vmap(lambda a, b: retract(layout.topology, a, b))(q, x)
-        moved = parts(layout, body, poses, moved_constants(constants, z), terms, weights)
+        moved = parts(layout, body, poses, moved_constants(layout, constants, z), terms, weights)
         return [root * p.residual for root, p in zip(roots, moved, strict=True)]
 
     zero = (jnp.zeros_like(step), jnp.zeros_like(constants_step))
@@ -177,8 +184,9 @@ def model_gradient(
     count = -(-t // size)
     padded = np.zeros((count * size + 2 * halo, nv))
     padded[halo : halo + t] = x
-    out, out_z = np.zeros_like(padded), np.zeros((len(layout.sites), CONSTANTS_PER_SENSOR))
-    step_z = z.reshape(out_z.shape) if layout.use_border else np.zeros_like(out_z)
+    unused = np.zeros(CONSTANTS_PER_SENSOR * len(layout.sites) + layout.geometry)
+    out, step_z = np.zeros_like(padded), z if layout.use_border else unused
+    out_z = np.zeros_like(step_z)
     for i, arguments in enumerate(chunks):
         rows = slice(i * size, i * size + size + 2 * halo)
         gradient, gradient_z = chunk_model_gradient(
@@ -186,4 +194,4 @@ def model_gradient(
         )
         out[rows] += np.asarray(gradient)
         out_z += np.asarray(gradient_z)
-    return out[halo : halo + t], out_z.ravel() if layout.use_border else z
+    return out[halo : halo + t], out_z if layout.use_border else z

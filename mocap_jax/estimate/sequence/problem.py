@@ -36,7 +36,7 @@ from mocap_jax.estimate.sequence.layout import (
     Terms,
     Weights,
 )
-from mocap_jax.estimate.sequence.model_gradient import model_gradient
+from mocap_jax.estimate.sequence.model_gradient import model_gradient, moved_constants
 from mocap_jax.least_squares import NormalEquations
 
 
@@ -74,18 +74,20 @@ class SequenceProblem:
         body: Body,
         terms: Terms,
         weights: Weights,
-        prior_information: Float[np.ndarray, "s 12"],
+        prior_information: Float[np.ndarray, "m"],
         dtype: np.dtype | None = None,
         refines: bool = False,
+        readings: tuple[np.ndarray, np.ndarray] | None = None,
     ) -> None:
         """Args:
         layout: shape of the problem.
         body: the body, sites included.
         terms: measurements of t frames, without NaN.
         weights: scalars.
-        prior_information: inverse variances of the sensors' constants about zero.
+        prior_information: inverse variances of the constants about zero, in their order.
         dtype: of the traced part; the linear solve is always float64.
         refines: steps need the accuracy of J (a root seen through accelerations alone).
+        readings: direct measurements of the constants and their inverse variances, (m,) each.
         """
         self.refines = refines
         self.frames = terms.force.shape[0]
@@ -94,7 +96,8 @@ class SequenceProblem:
         self.layout = layout
         self.body = _cast(body, dtype)
         self.weights = _cast(weights, dtype)
-        self.prior_information = prior_information
+        self.prior_information = np.ravel(prior_information)
+        self.readings = readings or (np.zeros(layout.constants), np.zeros(layout.constants))
         self._terms = self._pad(terms)
         self._cuts: list[Terms] | None = None
         self._lower: np.ndarray | None = None
@@ -156,27 +159,24 @@ class SequenceProblem:
             self._lower = np.empty((self.chunks * self.layout.chunk, width, nv, nv))
         gradient = np.empty((self.chunks * self.layout.chunk, nv))
         compact: list[tuple[np.ndarray, ...]] = []
-        sensors = len(self.layout.sites)
-        n = CONSTANTS_PER_SENSOR
-        corner, slope, cost = np.zeros((sensors, n, n)), np.zeros((sensors, n)), 0.0
+        m = self.layout.constants
+        corner, slope, cost = np.zeros((m, m)), np.zeros(m), 0.0
         for first, out in self._systems(state):
             rows = slice(first, first + self.layout.chunk)
             self._lower[rows] = out.lower
             gradient[rows] = out.gradient
-            corner += np.asarray(out.corner, float)
-            slope += np.asarray(out.corner_gradient, float)
             cost += float(out.cost)
-            compact.append(
-                (np.asarray(out.border), np.asarray(out.screws), np.asarray(out.range_border))
-            )
-        prior_cost, prior_slope, prior_square = self._prior(state.constants)
+            if self.layout.use_border:
+                _add_corner(out, corner, slope)
+                blocks = (out.border, out.screws, out.range_border, out.geometry.border)
+                compact.append(tuple(np.asarray(x) for x in blocks))
         lower, gradient = self._lower[: self.frames], gradient[: self.frames]
         if not self.layout.use_border:
             return NormalEquations(cost, lower, gradient, None, np.zeros(0), None)
-        dense = _block_diagonal(corner + prior_square)
+        prior_cost, prior_slope, prior_square = self._prior(state.constants)
         border = Border(self.layout, compact)
         return NormalEquations(
-            cost + prior_cost, lower, gradient, dense, (slope + prior_slope).ravel(), border
+            cost + prior_cost, lower, gradient, corner + prior_square, slope + prior_slope, border
         )
 
     def factorised(self, state: State) -> tuple[NormalEquations, linalg.ArrowFactor]:
@@ -219,29 +219,24 @@ class SequenceProblem:
         q = np.asarray(self._retract(jnp.asarray(state.q), jnp.asarray(step)))
         if not self.layout.use_border:
             return State(q, state.constants)
-        d = constants.reshape(-1, CONSTANTS_PER_SENSOR)
-        c = state.constants
-        moved = Constants(
-            np.asarray(c.gyroscope_bias) + d[:, :3],
-            np.asarray(c.accelerometer_bias) + d[:, 3:6],
-            np.asarray(so3.matmul3(jnp.asarray(c.mounting), so3.exp(jnp.asarray(d[:, 6:9])))),
-            np.asarray(c.offset) + d[:, 9:],
-        )
-        return State(q, moved)
+        moved = moved_constants(self.layout, state.constants, jnp.asarray(constants))
+        return State(q, jax.tree.map(np.asarray, moved))
 
     def _prior(self, constants: Constants) -> tuple[float, np.ndarray, np.ndarray]:
-        """Cost, gradient (s, 12) and curvature (s, 12, 12) of the priors on the constants."""
-        sensors, n = len(self.layout.sites), CONSTANTS_PER_SENSOR
+        """Cost, gradient (m,) and curvature (m, m) of priors on and readings of the constants."""
+        m = self.layout.constants
         if not self.layout.use_border:
-            return 0.0, np.zeros((sensors, n)), np.zeros((sensors, n, n))
-        turn = so3.log(jnp.asarray(constants.mounting))
-        values = constant_values(constants)
-        jacobian = np.tile(np.eye(n), (sensors, 1, 1))
-        jacobian[:, 6:9, 6:9] = np.asarray(so3.right_jacobian_inverse(turn))
-        weighted = self.prior_information[:, :, None] * jacobian
-        gradient = np.einsum("sij,si->sj", weighted, values)
-        square = np.einsum("sij,sik->sjk", jacobian, weighted)
-        return 0.5 * float((self.prior_information * values**2).sum()), gradient, square
+            return 0.0, np.zeros(m), np.zeros((m, m))
+        values, (read, sure) = constant_values(constants), self.readings
+        jacobian = np.eye(m)
+        turns = np.asarray(so3.right_jacobian_inverse(so3.log(jnp.asarray(constants.mounting))))
+        for i, turn in enumerate(turns):
+            cells = slice(CONSTANTS_PER_SENSOR * i + 6, CONSTANTS_PER_SENSOR * i + 9)
+            jacobian[cells, cells] = turn
+        prior = self.prior_information
+        cost = 0.5 * float((prior * values**2 + sure * (values - read) ** 2).sum())
+        gradient = jacobian.T @ (prior * values + sure * (values - read))
+        return cost, gradient, jacobian.T @ ((prior + sure)[:, None] * jacobian)
 
     def model(
         self, state: State, x: np.ndarray, z: np.ndarray, *, offset: bool, damping: float = 0.0
@@ -251,8 +246,7 @@ class SequenceProblem:
         g, gz = model_gradient(self.layout, inputs, self.weights, x, z, offset=offset)
         if self.layout.use_border:
             _, prior, square = self._prior(state.constants)
-            pull = np.einsum("sij,sj->si", square, z.reshape(prior.shape)) + offset * prior
-            gz = gz + pull.ravel()
+            gz = gz + square @ z + offset * prior
         return g + damping * x, gz + damping * z
 
     def gate(self, state: State) -> np.ndarray:
@@ -269,10 +263,30 @@ class SequenceProblem:
         }
 
 
-def constant_values(c: Constants) -> Float[np.ndarray, "s 12"]:
-    """Sensors' constants: gyroscope bias, accelerometer bias, mounting rotation vector, offset."""
+def constant_values(c: Constants) -> Float[np.ndarray, "m"]:
+    """All constants in their order: gyroscope bias, accelerometer bias, mounting rotation vector
+    and offset of each sensor; segment lengths, source positions, speed of sound."""
     turn = np.asarray(so3.log(jnp.asarray(c.mounting)))
-    return np.concatenate([c.gyroscope_bias, c.accelerometer_bias, turn, c.offset], axis=1)
+    sensors = np.concatenate([c.gyroscope_bias, c.accelerometer_bias, turn, c.offset], axis=1)
+    g = c.geometry
+    parts = (sensors, g.length, g.source, g.sound)
+    return np.concatenate([np.ravel(np.asarray(x)) for x in parts])
+
+
+def _add_corner(out: ChunkSystem, corner: np.ndarray, slope: np.ndarray) -> None:
+    """Add what a chunk tells about the constants alone."""
+    own, between = np.asarray(out.corner, float), np.asarray(out.geometry.cross, float)
+    sensors, n, _ = own.shape
+    split = sensors * n
+    for i in range(sensors):
+        cells = slice(n * i, n * i + n)
+        corner[cells, cells] += own[i]
+    between = between.reshape(split, -1)
+    corner[:split, split:] += between
+    corner[split:, :split] += between.T
+    corner[split:, split:] += np.asarray(out.geometry.square, float)
+    slope[:split] += np.ravel(np.asarray(out.corner_gradient, float))
+    slope[split:] += np.asarray(out.geometry.gradient, float)
 
 
 def _frame_axis(name: str) -> int:
@@ -288,11 +302,3 @@ def _cast(tree: Any, dtype: np.dtype) -> Any:
         return jnp.asarray(np.asarray(x, dtype) if floating else x)
 
     return jax.tree.map(one, tree)
-
-
-def _block_diagonal(blocks: np.ndarray) -> np.ndarray:
-    s, n, _ = blocks.shape
-    out = np.zeros((s, n, s, n))
-    index = np.arange(s)
-    out[index, :, index, :] = blocks
-    return out.reshape(s * n, s * n)

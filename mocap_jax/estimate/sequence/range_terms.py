@@ -10,8 +10,15 @@ import numpy as np
 from jax import Array
 from jaxtyping import Float
 
-from mocap_jax.estimate.sequence.layout import Layout, Terms, Weights
-from mocap_jax.estimate.sequence.window import Window, range_dofs, sensor_of_range_site
+from mocap_jax.estimate.sequence.geometry_terms import GeometryInformation
+from mocap_jax.estimate.sequence.layout import CONSTANTS_PER_SENSOR, Layout, Terms, Weights
+from mocap_jax.estimate.sequence.window import (
+    Window,
+    lengths_beneath,
+    range_dofs,
+    sensor_of_range_site,
+    source_of_range_site,
+)
 from mocap_jax.residuals.ranges import faces_receiver, point_wrench, range_residual
 from mocap_jax.residuals.robust import loss, weight
 
@@ -25,7 +32,7 @@ class RangeResiduals(NamedTuple):
     residual: Float[Array, "n-1 k"]
     """[m]"""
     direction: Float[Array, "n-1 k 3"]
-    """Unit vector from the source to the receiver."""
+    """From the source to the receiver; the residual's derivative by the receiver's position."""
 
 
 def residuals(w: Window, terms: Terms) -> RangeResiduals:
@@ -37,8 +44,11 @@ def residuals(w: Window, terms: Terms) -> RangeResiduals:
         return jnp.stack([w.range_position[rows - 1, chosen], w.range_position[rows, chosen]], 2)
 
     source, receiver = ends(terms.range_source), ends(terms.range_receiver)
-    cells = (terms.range_distance[1:], terms.range_lead[1:], terms.range_flight[1:])
-    residual = jax.vmap(jax.vmap(range_residual))(source, receiver, *cells)
+    # Times of flight are what is measured: were distances scaled instead, shrinking body and speed
+    # of sound together would shrink all residuals.
+    scale = w.range_scale
+    cells = (scale * terms.range_distance[1:], terms.range_lead[1:], terms.range_flight[1:])
+    residual = jax.vmap(jax.vmap(range_residual))(source, receiver, *cells) / scale
     lead, late = terms.range_lead[1:, :, None], (terms.range_lead - terms.range_flight)[1:, :, None]
     emitted = lead * source[:, :, 0] + (1 - lead) * source[:, :, 1]
     arrived = late * receiver[:, :, 0] + (1 - late) * receiver[:, :, 1]
@@ -46,7 +56,7 @@ def residuals(w: Window, terms: Terms) -> RangeResiduals:
     # Absent ranges point a site at itself: keep their direction finite.
     norm = jnp.sqrt(jnp.maximum((between * between).sum(-1, keepdims=True), 1e-12))
     present = terms.range_information[1:] > 0
-    return RangeResiduals(jnp.where(present, residual, 0.0), between / norm)
+    return RangeResiduals(jnp.where(present, residual, 0.0), between / norm / scale)
 
 
 def gate(w: Window, terms: Terms) -> Float[Array, "n k"]:
@@ -80,6 +90,8 @@ class RangeRows(NamedTuple):
     residual: Float[Array, "c+1 k"]
     receiver: Float[Array, "c+1 k s"]
     """1 where a sensor is the receiver."""
+    geometry: Float[Array, "c+1 k g"]
+    """By the constants that belong to no sensor."""
 
 
 def rows(
@@ -101,13 +113,49 @@ def rows(
         index, receivers
     ]
     along = (axes * r.direction[..., :, None]).sum(-2)
+    geometry = _geometry_rows(layout, w, r, terms)
     return RangeRows(
         (root * _rows(layout, w, r, terms, 1, 1 - late, 1 - lead))[cut],
         (root * _rows(layout, w, r, terms, 0, late, lead))[cut],
         (root * along)[cut],
         (root[..., 0] * r.residual)[cut],
         jnp.asarray(sensor, root.dtype)[receivers][cut],
+        (root * geometry)[cut],
     )
+
+
+def _geometry_rows(
+    layout: Layout, w: Window, r: RangeResiduals, terms: Terms
+) -> Float[Array, "n-1 k g"]:
+    """Derivatives by segment lengths, source positions and the speed of sound."""
+    if not layout.geometry:
+        return jnp.zeros((*r.residual.shape, 0), r.residual.dtype)
+    source, receiver = terms.range_source[1:], terms.range_receiver[1:]
+    lead = terms.range_lead[1:, :, None]
+    late = lead - terms.range_flight[1:, :, None]
+    columns = []
+    if layout.lengths:
+        beneath = jnp.asarray(lengths_beneath(layout, layout.range_sites), lead.dtype)
+        before, now = (
+            jnp.einsum("nkp,nlp->nkl", r.direction, spans) for spans in (w.spans[:-1], w.spans[1:])
+        )
+        arrived = beneath[receiver] * (late * before + (1 - late) * now)
+        columns.append(arrived - beneath[source] * (lead * before + (1 - lead) * now))
+    if layout.sources:
+        index = jnp.arange(source.shape[0])[:, None]
+        turn = w.range_rotation
+        axes = (
+            lead[..., None] * turn[index, source] + (1 - lead)[..., None] * turn[index + 1, source]
+        )
+        along = -(axes * r.direction[..., :, None]).sum(-2)
+        of_site = source_of_range_site(layout)[:, None] == np.arange(len(layout.sources))
+        chosen = jnp.asarray(of_site, lead.dtype)[source]
+        both = chosen[..., :, None] * along[..., None, :]
+        columns.append(both.reshape(*both.shape[:2], -1))
+    if layout.use_sound:
+        predicted = r.residual + terms.range_distance[1:]
+        columns.append(-predicted[..., None] / w.range_scale)
+    return jnp.concatenate(columns, axis=-1)
 
 
 def normal_blocks(x: RangeRows) -> tuple[tuple[Array, Array], Array]:
@@ -129,18 +177,37 @@ def _gram(a: Float[Array, "n k i"], b: Float[Array, "n k j"]) -> Float[Array, "n
     return sum(a[:, k, :, None] * b[:, k, None, :] for k in range(a.shape[1]))
 
 
-def border(
-    layout: Layout, x: RangeRows
-) -> tuple[Float[Array, "c s 3 nv"], Float[Array, "s 3 3"], Float[Array, "s 3"]]:
-    """Coupling of ranges to the receivers' offsets, and what they say about these alone."""
+class RangeBorder(NamedTuple):
+    """What ranges say about the receivers' offsets and the geometry."""
+
+    offset: Float[Array, "c s 3 nv"]
+    offset_square: Float[Array, "s 3 3"]
+    offset_gradient: Float[Array, "s 3"]
+    geometry: GeometryInformation
+
+
+def border(layout: Layout, x: RangeRows) -> RangeBorder:
+    """Coupling of ranges to the constants, and what they say about these alone."""
     selected = x.receiver[..., :, None] * x.offset[..., None, :]
     n, k, s, _ = selected.shape
-    flat = selected.reshape(n, k, s * 3)
+    flat = jnp.concatenate([selected.reshape(n, k, s * 3), x.geometry], axis=-1)
     coupling = jnp.einsum("nkm,nkj->nmj", flat[:-1], x.now[:-1])
     coupling = coupling + jnp.einsum("nkm,nkj->nmj", flat[1:], x.before[1:])
-    square = jnp.einsum("nks,nkp,nkq->spq", x.receiver[:-1], x.offset[:-1], x.offset[:-1])
-    slope = jnp.einsum("nks,nkp,nk->sp", x.receiver[:-1], x.offset[:-1], x.residual[:-1])
-    return coupling.reshape(n - 1, s, 3, -1), square, slope
+    receiver, offset, residual, geometry = (
+        y[:-1] for y in (x.receiver, x.offset, x.residual, x.geometry)
+    )
+    cross = jnp.einsum("nks,nkp,nkg->spg", receiver, offset, geometry)
+    return RangeBorder(
+        coupling[:, : 3 * s].reshape(n - 1, s, 3, -1),
+        jnp.einsum("nks,nkp,nkq->spq", receiver, offset, offset),
+        jnp.einsum("nks,nkp,nk->sp", receiver, offset, residual),
+        GeometryInformation(
+            coupling[:, 3 * s :],
+            jnp.pad(cross, ((0, 0), (CONSTANTS_PER_SENSOR - 3, 0), (0, 0))),
+            jnp.einsum("nkg,nkh->gh", geometry, geometry),
+            jnp.einsum("nkg,nk->g", geometry, residual),
+        ),
+    )
 
 
 def _rows(

@@ -12,7 +12,7 @@ from mocap_jax.errors import InputError
 from mocap_jax.estimate.sequence.layout import Layout, Terms, UserResidual, Weights
 from mocap_jax.estimate.sequence.variances import Variances, variances
 from mocap_jax.estimate.shared_joints import shared_joints
-from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
+from mocap_jax.estimate.whole_sequence_options import ConstantsOptions, OptimiseOptions
 from mocap_jax.initialise import declared_pose
 from mocap_jax.measurement import FrameData
 from mocap_jax.recording import Setup
@@ -20,6 +20,8 @@ from mocap_jax.residuals.inertial import CONSISTENT, PLAIN, de_average, mean_rat
 
 # The frame-by-frame root hold of a still person during the declared rest [m], [rad].
 _STILL = 0.005
+# Joints closer together than this have no length between them [m].
+_SHORTEST = 1e-3
 
 
 @dataclass(frozen=True)
@@ -110,26 +112,50 @@ def _layout(data: FrameData, body: Body, options: OptimiseOptions) -> Layout:
             f"no measurement of the kinds '{options.kinds}' in the recording "
             "(A accelerometer, G gyroscope, D distance, O orientation)"
         )
+    border = bool(data.sites) and any(
+        (c.gyroscope_bias_sigma, c.accelerometer_bias_sigma, c.mounting_sigma, c.offset_sigma)
+    )
+    range_sites = tuple(int(s) for s in used)
     return Layout(
         topology=body.topology,
         sites=tuple(data.sites),
-        range_sites=tuple(int(s) for s in used),
+        range_sites=range_sites,
         root_body=1,
         use_acceleration=bool(inertial),
         use_rate=bool(rates),
         use_orientation=bool(orientations),
         use_range=bool(len(used)),
-        use_border=bool(data.sites)
-        and any(
-            (c.gyroscope_bias_sigma, c.accelerometer_bias_sigma, c.mounting_sigma, c.offset_sigma)
-        ),
+        use_border=border,
         force_weights=CONSISTENT if options.stencil == "consistent" else PLAIN,
         smoothness_order=options.prior.smoothness_order,
         inertial_loss=options.noise.inertial_loss,
         range_loss=options.noise.range_loss,
         user=options.user_residuals,
         chunk=options.chunk,
+        **(_geometry(body, tuple(data.sites), range_sites, c) if border and len(used) else {}),  # type: ignore[arg-type]
     )
+
+
+def _geometry(
+    body: Body, sensors: tuple[int, ...], range_sites: tuple[int, ...], options: ConstantsOptions
+) -> dict[str, object]:
+    """Unknown lengths, sources and speed of sound, as fields of `Layout`."""
+    topology = body.topology
+    out: dict[str, object] = {"use_sound": options.sound_sigma > 0}
+    if options.source_sigma > 0:
+        # A source on the world is an anchor: its place was measured.
+        worn = [s not in sensors and topology.site_body[s] > 0 for s in range_sites]
+        out["sources"] = tuple(i for i, loose in enumerate(worn) if loose)
+    if options.length_sigma > 0:
+        moved = {0}
+        for site in (*sensors, *range_sites):
+            b = topology.site_body[site]
+            while b not in moved:
+                moved.add(b)
+                b = topology.body_parent[b]
+        length = np.linalg.norm(np.asarray(body.body_pos), axis=1)
+        out["lengths"] = tuple(b for b in sorted(moved) if b > 1 and length[b] > _SHORTEST)
+    return out
 
 
 def _forces(data: FrameData, options: OptimiseOptions) -> np.ndarray:

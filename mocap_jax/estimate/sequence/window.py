@@ -30,17 +30,24 @@ class Window(NamedTuple):
     """R_world_site."""
     range_position: Float[Array, "n r 3"]
     range_rotation: Float[Array, "n r 3 3"]
+    spans: Float[Array, "n l 3"]
+    """World offsets, at their nominal length, of the bodies in `Layout.lengths` [m]."""
+    range_scale: Float[Array, ""]
+    """Speed of sound over the declared one."""
 
 
 def kinematics(layout: Layout, body: Body, q: Float[Array, "n nq"], constants: Constants) -> Window:
     """Evaluate the body in all frames of a chunk."""
-    f = jax.vmap(lambda x: frames(body, x))(q)
-    rotation, position = jax.vmap(lambda x: sites_on_frames(body, x))(f)
+    stretched = _stretched(layout, body, constants.geometry.length)
+    f = jax.vmap(lambda x: frames(stretched, x))(q)
+    rotation, position = jax.vmap(lambda x: sites_on_frames(stretched, x))(f)
     origin = f.position[:, layout.root_body]
     linear = f.linear + so3.cross(f.angular, origin[:, None, :])
     screws = jnp.concatenate([linear, f.angular], axis=-1)
     sensors, ranged = np.array(layout.sites, int), np.array(layout.range_sites, int)
-    carried = _offsets_of_range_sites(layout, constants.offset)
+    carried = _offsets_of_range_sites(layout, constants)
+    longer = np.array(layout.lengths, int)
+    parents = np.array(layout.topology.body_parent)[longer]
     return Window(
         jnp.swapaxes(screws, 1, 2),
         origin,
@@ -49,7 +56,18 @@ def kinematics(layout: Layout, body: Body, q: Float[Array, "n nq"], constants: C
         rotation[:, sensors],
         position[:, ranged] + so3.matvec3(rotation[:, ranged], carried),
         rotation[:, ranged],
+        so3.matvec3(f.rotation[:, parents], body.body_pos[longer]),
+        1.0 + jnp.asarray(constants.geometry.sound).sum(),
     )
+
+
+def _stretched(layout: Layout, body: Body, length: Array) -> Body:
+    """The body with the unknown segment lengths."""
+    if not layout.lengths:
+        return body
+    bodies = np.array(layout.lengths, int)
+    offsets = body.body_pos[bodies] * (1.0 + length)[:, None]
+    return body.replace(body_pos=body.body_pos.at[bodies].set(offsets))
 
 
 def sensor_of_range_site(layout: Layout) -> np.ndarray:
@@ -59,9 +77,34 @@ def sensor_of_range_site(layout: Layout) -> np.ndarray:
     )
 
 
-def _offsets_of_range_sites(layout: Layout, offset: Array) -> Array:
-    sensor = sensor_of_range_site(layout)
-    return jnp.where(sensor[:, None] >= 0, offset[np.maximum(sensor, 0)], 0.0)
+def _offsets_of_range_sites(layout: Layout, constants: Constants) -> Array:
+    """Offset of every source and receiver from its site (r, 3)."""
+    sensor, source = sensor_of_range_site(layout), source_of_range_site(layout)
+    # A last row of zeros is for those whose place is certain.
+    offsets = jnp.concatenate(
+        [jnp.asarray(constants.offset), jnp.asarray(constants.geometry.source), jnp.zeros((1, 3))]
+    )
+    place = np.where(sensor >= 0, sensor, np.where(source >= 0, len(layout.sites) + source, -1))
+    return offsets[place]
+
+
+def source_of_range_site(layout: Layout) -> np.ndarray:
+    """Unknown source (position in `Layout.sources`) at each range site (r,); -1 where none is."""
+    place = {site: i for i, site in enumerate(layout.sources)}
+    return np.array([place.get(r, -1) for r in range(len(layout.range_sites))], int)
+
+
+def lengths_beneath(layout: Layout, sites: tuple[int, ...]) -> np.ndarray:
+    """Mask (n, l): a longer segment moves the site."""
+    topology = layout.topology
+    mask = np.zeros((len(sites), len(layout.lengths)), bool)
+    for i, site in enumerate(sites):
+        b = topology.site_body[site]
+        while b:
+            if b in layout.lengths:
+                mask[i, layout.lengths.index(b)] = True
+            b = topology.body_parent[b]
+    return mask
 
 
 def sensor_dofs(layout: Layout) -> np.ndarray:
