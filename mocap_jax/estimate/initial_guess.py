@@ -10,6 +10,7 @@ from mocap_jax.body import Body, difference, retract
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
+from mocap_jax.estimate.inputs import uses_root
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.initialise import rest_pose
 from mocap_jax.recording import Recording
@@ -20,15 +21,31 @@ from mocap_jax.trajectory import Trajectory
 def first_guess(
     recording: Recording, body: Body, options: OptimiseOptions, *, progress: bool
 ) -> Solution:
-    """Run the estimator that `options.initial` names."""
+    """Run the estimator that `options.initial` names, on kinds that do not lead it astray.
+
+    Without rates or orientations, accelerations turn a filter's headings away within seconds:
+    distances alone then make the guess, or the rest pose where there are none.
+    """
+    kinds = options.kinds
+    if not set(kinds) & set("GO"):
+        kinds = kinds.replace("A", "")
+    if not kinds or (kinds == "D" and recording.ranges is None):
+        return at_rest(recording, body, use_root=uses_root(recording, options.root))
     smooth = options.initial == "ekf_smoothed"
-    settings = EkfOptions(kinds=options.kinds, root=options.root, smooth=smooth, covariance=False)
+    settings = EkfOptions(kinds=kinds, root=options.root, smooth=smooth, covariance=False)
     return ekf(recording, body, options=settings, progress=progress)
 
 
-def at_rest(recording: Recording, body: Body, time: np.ndarray, *, use_root: bool) -> Solution:
-    """The rest pose held for all times, with what the rest hold tells of the sensors."""
+def at_rest(recording: Recording, body: Body, *, use_root: bool) -> Solution:
+    """The rest pose held for all times, carried by the measured root if that is used."""
     rest = rest_pose(recording, body, use_root=use_root)
+    root = recording.root if use_root and body.has_free_root else None
+    time = np.array(recording.interval) if root is None else np.asarray(root.time)
+    q = np.tile(rest.q, (len(time), 1))
+    if root is not None:
+        known = np.isfinite(np.hstack([root.position, root.orientation])).all(axis=1)
+        q[:, :3], q[:, 3:7] = np.asarray(root.position), np.asarray(root.orientation)
+        time, q = time[known], q[known]
     constants = {
         f"{key}/{name}": values[i]
         for key, values in (
@@ -39,7 +56,7 @@ def at_rest(recording: Recording, body: Body, time: np.ndarray, *, use_root: boo
         for i, name in enumerate(rest.sensors)
     }
     return Solution(
-        trajectory=Trajectory(time, np.tile(rest.q, (len(time), 1))),
+        trajectory=Trajectory(time, q),
         body=body,
         status=Status.FILTERED,
         method="rest",

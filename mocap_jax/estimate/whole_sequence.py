@@ -26,6 +26,7 @@ from mocap_jax.estimate.sequence.adapt import (
     initial_levels,
     prior_information,
     re_estimate,
+    repeats,
 )
 from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State, constant_values
@@ -117,8 +118,7 @@ def _orientation_pass(
             f"initial='orientation' needs rates or orientations, but kinds are '{options.kinds}'; "
             "valid: ekf, ekf_smoothed"
         )
-    start, end = recording.interval
-    still = at_rest(recording, body, np.array([start, end]), use_root=options.root != "free")
+    still = at_rest(recording, body, use_root=uses_root(recording, options.root))
     first = dataclasses.replace(
         options, kinds=kinds, covariance=False, user_residuals=(),
         noise=dataclasses.replace(options.noise, adapt=False),
@@ -137,9 +137,10 @@ class _Run:
         self.body, self.data, self.built, self.options = body, data, built, options
         layout = built.layout
         self.levels = initial_levels(options, len(layout.sites))
+        self.repeats = repeats(options, float(data.step))
         self.problem = SequenceProblem(
             layout, body, built.terms, built.weights,
-            prior_information(self.levels, layout), np.dtype(options.dtype),
+            self._prior_information(), np.dtype(options.dtype),
             refines=self._loses_digits(root_given),
             readings=rest_biases(recording, data, layout, options),
         )  # fmt: skip
@@ -176,6 +177,9 @@ class _Run:
                 self.levels = levels
         return self._solution(result, changed, recording, root_given=root_given)
 
+    def _prior_information(self) -> np.ndarray:
+        return prior_information(self.levels, self.built.layout, self.repeats)
+
     def _adapts(self) -> bool:
         return self.options.noise.adapt or self.options.constants.adapt
 
@@ -183,9 +187,9 @@ class _Run:
         """Whiten for the next round: noise levels, priors, gate and graduation at this state."""
         gate = self.problem.gate(state) if self.built.layout.use_range else None
         free = 6 if self.body.has_free_root else 0
-        changed = information(self.built, gate, self.levels, free=free)
+        changed = information(self.built, gate, self.levels, self.repeats, free=free)
         self.problem.replace_terms(**changed)
-        self.problem.prior_information = prior_information(self.levels, self.built.layout)
+        self.problem.prior_information = self._prior_information()
         mu = self.options.noise.range_mu
         graduation = mu[-1] if last else mu[min(number, len(mu) - 1)]
         self.problem.replace_weights(range_mu=graduation)

@@ -14,7 +14,7 @@ from mocap_jax.residuals.robust import LossName
 class ConstantsOptions:
     """Constants solved for with the motion (the border of the normal equations).
 
-    The last three are what distances measure poses by; they are solved for when distances are used.
+    The last four are what distances measure poses by; they are solved for when distances are used.
     """
 
     gyroscope_bias_sigma: float = 0.01
@@ -37,6 +37,9 @@ class ConstantsOptions:
     sound_sigma: float = 0.01
     """Prior standard deviation of the speed of sound, relative (air temperature known to 6
     degrees); 0 = off."""
+    range_offset_sigma: float = 0.003
+    """Prior standard deviation of a constant error of each source's ranges [m] (Vlasic 2007,
+    section 4.3: 2.35 mm in the mean after calibration); 0 = off."""
     adapt: bool = True
     """Lower these figures to what the recording shows (variance components)."""
 
@@ -55,6 +58,10 @@ class NoiseOptions:
     and Nigg 2001) and clocks are off. Adds lag^2 times the squared jerk to the variance of
     accelerations, and lag^2 |alpha|^2 to that of rates. Such errors repeat with the motion, so
     the figure is about twice the lag itself."""
+    memory: float = 0.07
+    """How long one model error lasts [s]: tissue rings and motion repeats, so errors of successive
+    samples are no fresh evidence about constants. (Errors of 10 successive samples at 140 Hz count
+    as one: see `prior_information`.)"""
     accelerometer_model: float = 0.2
     """What remains in quiet moments [m/s^2]: drift, and a degree of tilt."""
     gyroscope_model: float = 0.03

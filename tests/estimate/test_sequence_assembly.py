@@ -36,7 +36,7 @@ BODY = """<mujoco><worldbody><body name="pelvis" pos="0 0 1"><freejoint/><geom s
 <site name="source" pos=".1 .1 .2" quat="1 .2 0 .4"/>
 </body></body></worldbody></mujoco>"""
 T, S, K = 9, 4, 3
-M = 12 * S + 2 + 3 + 1
+M = 12 * S + 2 + 3 + 1 + 1
 
 
 def _user(body, window, data):
@@ -58,6 +58,7 @@ def make(order: int, *, losses: str = "none", user: bool = False, chunk: int = 1
         top, sites, (*sites, source), 1, True, True, True, True, True, CONSISTENT, order,
         losses, losses, (UserResidual("mine", _user, 3),) if user else (), chunk,
         lengths=tuple(top.body_index(n) for n in ("shank", "chest")), sources=(4,), use_sound=True,
+        emitters=(4,),
     )  # fmt: skip
     inside = lambda x, a, b: x * (np.arange(T) >= a)[:, None] * (np.arange(T) < T - b)[:, None]  # noqa: E731
     positive = lambda *shape: rng.uniform(0.5, 2.0, size=shape)  # noqa: E731
@@ -84,7 +85,7 @@ def make(order: int, *, losses: str = "none", user: bool = False, chunk: int = 1
         0.2 * draw(S, 3),
         np.array(so3.exp(jnp.asarray(0.2 * draw(S, 3)))),
         0.05 * draw(S, 3),
-        Geometry(0.1 * draw(2), 0.05 * draw(1, 3), 0.1 * draw(1)),
+        Geometry(0.1 * draw(2), 0.05 * draw(1, 3), 0.1 * draw(1), 0.1 * draw(1)),
     )
     problem = SequenceProblem(layout, body, terms, weights, np.zeros(M))
     return problem, State(q, constants)
@@ -183,7 +184,12 @@ def test_border_can_be_left_out() -> None:
     problem, state = make(2)
     without = SequenceProblem(
         dataclasses.replace(
-            problem.layout, use_border=False, lengths=(), sources=(), use_sound=False
+            problem.layout,
+            use_border=False,
+            lengths=(),
+            sources=(),
+            use_sound=False,
+            emitters=(),
         ),
         problem.body,
         jax.tree.map(lambda x: x, _unpadded(problem)),
@@ -191,8 +197,11 @@ def test_border_can_be_left_out() -> None:
         np.zeros(0),
     )
     state = State(state.q, dataclasses.replace(state.constants, geometry=Geometry()))
-    problem.layout = dataclasses.replace(problem.layout, lengths=(), sources=(), use_sound=False)
+    problem.layout = dataclasses.replace(
+        problem.layout, lengths=(), sources=(), use_sound=False, emitters=()
+    )
     problem.prior_information = np.zeros(12 * S)
+    problem.readings = (np.zeros(12 * S), np.zeros(12 * S))
     a, b = problem.linearise(state), without.linearise(state)
     np.testing.assert_allclose(a.lower, b.lower, rtol=1e-10, atol=1e-9)
     assert b.border is None and len(b.corner_gradient) == 0

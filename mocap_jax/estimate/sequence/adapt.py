@@ -44,7 +44,8 @@ _CHANCE = 2.0
 _RANGE_CHANCE = 0.2
 # Ranges whose declared variance is below this many times the smallest count as trusted.
 _TRUSTED = 4.0
-KINDS = ("accelerometer", "gyroscope", "orientation", "range")
+_INERTIAL = ("accelerometer", "gyroscope", "orientation")
+KINDS = (*_INERTIAL, "range")
 _INFORMATION = {
     "accelerometer": "force_information",
     "gyroscope": "rate_information",
@@ -52,7 +53,8 @@ _INFORMATION = {
     "range": "range_information",
 }
 _SENSOR = ("gyroscope_bias", "accelerometer_bias", "mounting", "offset")
-_CONSTANTS = (*_SENSOR, "length", "source", "sound")
+_GEOMETRY = ("length", "source", "sound", "range_offset")
+_CONSTANTS = (*_SENSOR, *_GEOMETRY)
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,7 @@ class Levels:
     length: float
     source: float
     sound: float
+    range_offset: float
     rest: float
 
     def close_to(self, other: Levels) -> bool:
@@ -88,6 +91,7 @@ def declared_deviations(options: ConstantsOptions) -> dict[str, float]:
         "length": options.length_sigma,
         "source": options.source_sigma,
         "sound": options.sound_sigma,
+        "range_offset": options.range_offset_sigma,
     }
 
 
@@ -102,24 +106,52 @@ def constant_cells(layout: Layout) -> dict[str, np.ndarray]:
     """Where each kind of constant stands among all of them (see `constant_values`)."""
     sensors = np.arange(CONSTANTS_PER_SENSOR * len(layout.sites)).reshape(-1, len(_SENSOR), 3)
     cells = {name: sensors[:, i].ravel() for i, name in enumerate(_SENSOR)}
-    sizes = (len(layout.lengths), 3 * len(layout.sources), int(layout.use_sound))
-    ends = sensors.size + np.cumsum([0, *sizes])
-    for i, name in enumerate(("length", "source", "sound")):
+    ends = sensors.size + np.cumsum([0, *layout.geometry_sizes])
+    for i, name in enumerate(_GEOMETRY):
         cells[name] = np.arange(ends[i], ends[i + 1])
     return cells
 
 
-def prior_information(levels: Levels, layout: Layout) -> np.ndarray:
-    """Inverse variances of all constants (m,); a zero deviation pins the constant."""
-    cells = constant_cells(layout)
-    sigma = np.empty(sum(len(c) for c in cells.values()))
-    for name, at in cells.items():
+def prior_information(levels: Levels, layout: Layout, repeats: float) -> np.ndarray:
+    """Inverse variances of all constants (m,); a zero deviation pins the constant.
+
+    Model errors repeat in successive samples, so data that have them speak for constants as if
+    there were `repeats` times as many: the priors, which constants are weighed against, count as
+    often.
+    """
+    sigma = np.empty(layout.constants)
+    for name, at in constant_cells(layout).items():
         sigma[at] = getattr(levels, name)
-    return 1 / np.maximum(sigma, 1e-7) ** 2
+    return _counts(levels, layout, repeats) / np.maximum(sigma, 1e-7) ** 2
+
+
+def _counts(levels: Levels, layout: Layout, repeats: float) -> np.ndarray:
+    """How often the prior of each constant counts (m,)."""
+    own = np.where(_wrong(levels, layout), repeats, 1.0)
+    shared = repeats if _mostly_wrong(levels, layout) else 1.0
+    return np.concatenate([np.repeat(own, CONSTANTS_PER_SENSOR), np.full(layout.geometry, shared)])
+
+
+def _wrong(levels: Levels, layout: Layout) -> np.ndarray:
+    """Which sensors have model errors (s,)."""
+    use = (layout.use_acceleration, layout.use_rate, layout.use_orientation)
+    shares = [levels.share[kind] for kind, used in zip(_INERTIAL, use, strict=True) if used]
+    return np.any(np.array(shares or [levels.share["accelerometer"]]) > 0, axis=0)
+
+
+def _mostly_wrong(levels: Levels, layout: Layout) -> bool:
+    """Whether most sensors (or, without any, the ranges) have model errors."""
+    wrong = _wrong(levels, layout)
+    return bool(2 * wrong.sum() > len(wrong)) if len(wrong) else levels.share["range"][0] > 0
+
+
+def repeats(options: OptimiseOptions, step: float) -> float:
+    """Successive samples that share one model error; at least 1."""
+    return max(1.0, options.noise.memory / step)
 
 
 def information(
-    built: Built, gate: np.ndarray | None, levels: Levels, *, free: int
+    built: Built, gate: np.ndarray | None, levels: Levels, repeats: float, *, free: int
 ) -> dict[str, np.ndarray]:
     """Information arrays under given levels.
 
@@ -127,6 +159,7 @@ def information(
         built: the problem's arrays.
         gate: w_a of every range, or None.
         levels: model errors and priors.
+        repeats: see `prior_information`; the declared rest pose counts as often.
         free: number of root degrees of freedom (not touched by the rest prior).
     """
     out = {}
@@ -139,7 +172,8 @@ def information(
     if len(built.rest_frames):
         info = np.array(built.terms.reference_information)
         frames, joints = built.rest_frames, np.arange(free, info.shape[2])
-        info[0][np.ix_(frames, joints)] = 1 / (levels.rest**2 * len(frames))
+        often = repeats if _mostly_wrong(levels, built.layout) else 1.0
+        info[0][np.ix_(frames, joints)] = often / (levels.rest**2 * len(frames))
         out["reference_information"] = info
     return out
 
@@ -184,12 +218,12 @@ def re_estimate(
                 share[kind] = _kept(found, options.noise.excess_margin)
         changes["share"] = share
         if len(built.rest_frames):
-            rest = _rest(problem, state, draws, built, levels)
+            rest = _rest(problem, state, draws, built, levels, options)
             changes["rest"] = float(
                 np.clip(rest, 1e-3 * options.prior.rest_sigma, options.prior.rest_sigma)
             )
     if options.constants.adapt and problem.layout.use_border:
-        changes |= _constants(problem, state, f, levels, options.constants)
+        changes |= _constants(problem, state, f, levels, options)
     return dataclasses.replace(levels, **changes)
 
 
@@ -261,7 +295,7 @@ def _constants(
     state: State,
     f: linalg.ArrowFactor,
     levels: Levels,
-    options: ConstantsOptions,
+    options: OptimiseOptions,
 ) -> dict[str, float]:
     """Deviations of each kind of constants as a population: sum v^2 / sum (1 - var / sigma^2).
 
@@ -269,9 +303,10 @@ def _constants(
     elsewhere would otherwise be blamed on them without bound.
     """
     values = constant_values(state.constants)
-    variance = np.diag(linalg.corner_covariance(f))
+    often = repeats(options, problem.step)
+    variance = np.diag(linalg.corner_covariance(f)) * _counts(levels, problem.layout, often)
     changes, cells = {}, constant_cells(problem.layout)
-    for name, declared in declared_deviations(options).items():
+    for name, declared in declared_deviations(options.constants).items():
         sigma, at = getattr(levels, name), cells[name]
         if not sigma or not len(at):
             continue
@@ -288,6 +323,7 @@ def _rest(
     draws: list[tuple[np.ndarray, np.ndarray]],
     built: Built,
     levels: Levels,
+    options: OptimiseOptions,
 ) -> float:
     """How far the subject was from the declared rest pose, per coordinate [rad]."""
     first = 6 if problem.body.has_free_root else 0
@@ -298,6 +334,7 @@ def _rest(
         difference(problem.layout.topology, declared, jnp.asarray(state.q[middle]))
     )[first:]
     images = [step[rest].mean(0)[first:] for step, _ in draws]
-    leverage = np.mean([(x**2).sum() for x in images]) / levels.rest**2
+    often = repeats(options, problem.step) if _mostly_wrong(levels, built.layout) else 1.0
+    leverage = often * np.mean([(x**2).sum() for x in images]) / levels.rest**2
     redundancy = max(len(offset) - leverage, _LEAST_REDUNDANCY * len(offset))
     return float(np.sqrt((offset**2).sum() / redundancy))

@@ -56,6 +56,8 @@ class Layout:
     """Positions in `range_sites` of sources whose place on their segment is unknown."""
     use_sound: bool = False
     """The speed of sound is unknown."""
+    emitters: tuple[int, ...] = ()
+    """Positions in `range_sites` of sources whose ranges have an unknown constant error."""
 
     @property
     def half_bandwidth(self) -> int:
@@ -71,7 +73,13 @@ class Layout:
     @property
     def geometry(self) -> int:
         """Number of border unknowns that belong to no sensor (`Geometry`)."""
-        return len(self.lengths) + 3 * len(self.sources) + self.use_sound
+        return sum(self.geometry_sizes)
+
+    @property
+    def geometry_sizes(self) -> tuple[int, int, int, int]:
+        """Number of lengths, source coordinates, speeds of sound and range offsets."""
+        sources, emitters = 3 * len(self.sources), len(self.emitters)
+        return len(self.lengths), sources, int(self.use_sound), emitters
 
     @property
     def constants(self) -> int:
@@ -90,6 +98,8 @@ class Geometry:
     """Position of each of `Layout.sources` less that of its site, site frame [m]."""
     sound: Float[Array, "u"] = field(default_factory=lambda: np.zeros(0))
     """Relative change of the speed of sound; empty where it is certain."""
+    range_offset: Float[Array, "e"] = field(default_factory=lambda: np.zeros(0))
+    """Constant error of the ranges of each of `Layout.emitters` [m]."""
 
 
 @jax.tree_util.register_dataclass

@@ -107,16 +107,21 @@ def _apart(layout: Layout, terms: Terms) -> Terms:
 def moved_constants(layout: Layout, c: Constants, step: Float[Array, "m"]) -> Constants:
     """Constants after a tangent step, in the order of `constant_values`."""
     split = CONSTANTS_PER_SENSOR * len(layout.sites)
-    ends = np.cumsum([split, len(layout.lengths), 3 * len(layout.sources)])
     d = step[:split].reshape(-1, CONSTANTS_PER_SENSOR)
-    length, source, sound = jnp.split(step[split:], ends[1:] - split)
+    ends = np.cumsum(layout.geometry_sizes)
+    length, source, sound, offset = jnp.split(step[split:], ends[:-1])
     g = c.geometry
     return Constants(
         gyroscope_bias=c.gyroscope_bias + d[:, :3],
         accelerometer_bias=c.accelerometer_bias + d[:, 3:6],
         mounting=so3.matmul3(c.mounting, so3.exp(d[:, 6:9])),
         offset=c.offset + d[:, 9:12],
-        geometry=Geometry(g.length + length, g.source + source.reshape(-1, 3), g.sound + sound),
+        geometry=Geometry(
+            g.length + length,
+            g.source + source.reshape(-1, 3),
+            g.sound + sound,
+            g.range_offset + offset,
+        ),
     )
 
 

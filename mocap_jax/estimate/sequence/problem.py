@@ -104,6 +104,11 @@ class SequenceProblem:
         self._retract = jax.jit(jax.vmap(lambda a, d: retract(layout.topology, a, d)))
 
     @property
+    def step(self) -> float:
+        """Time between frames [s]."""
+        return float(self.weights.step)
+
+    @property
     def unknowns(self) -> int:
         """Number of scalar unknowns."""
         return self.frames * self.layout.topology.nv + self.layout.constants
@@ -265,11 +270,11 @@ class SequenceProblem:
 
 def constant_values(c: Constants) -> Float[np.ndarray, "m"]:
     """All constants in their order: gyroscope bias, accelerometer bias, mounting rotation vector
-    and offset of each sensor; segment lengths, source positions, speed of sound."""
+    and offset of each sensor; segment lengths, source positions, speed of sound, range offsets."""
     turn = np.asarray(so3.log(jnp.asarray(c.mounting)))
     sensors = np.concatenate([c.gyroscope_bias, c.accelerometer_bias, turn, c.offset], axis=1)
     g = c.geometry
-    parts = (sensors, g.length, g.source, g.sound)
+    parts = (sensors, g.length, g.source, g.sound, g.range_offset)
     return np.concatenate([np.ravel(np.asarray(x)) for x in parts])
 
 

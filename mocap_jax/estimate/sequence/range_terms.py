@@ -15,6 +15,7 @@ from mocap_jax.estimate.sequence.layout import CONSTANTS_PER_SENSOR, Layout, Ter
 from mocap_jax.estimate.sequence.window import (
     Window,
     lengths_beneath,
+    place_among,
     range_dofs,
     sensor_of_range_site,
     source_of_range_site,
@@ -49,6 +50,7 @@ def residuals(w: Window, terms: Terms) -> RangeResiduals:
     scale = w.range_scale
     cells = (scale * terms.range_distance[1:], terms.range_lead[1:], terms.range_flight[1:])
     residual = jax.vmap(jax.vmap(range_residual))(source, receiver, *cells) / scale
+    residual = residual + w.range_offset[terms.range_source[1:]]
     lead, late = terms.range_lead[1:, :, None], (terms.range_lead - terms.range_flight)[1:, :, None]
     emitted = lead * source[:, :, 0] + (1 - lead) * source[:, :, 1]
     arrived = late * receiver[:, :, 0] + (1 - late) * receiver[:, :, 1]
@@ -127,7 +129,7 @@ def rows(
 def _geometry_rows(
     layout: Layout, w: Window, r: RangeResiduals, terms: Terms
 ) -> Float[Array, "n-1 k g"]:
-    """Derivatives by segment lengths, source positions and the speed of sound."""
+    """Derivatives by segment lengths, source positions, speed of sound and range offsets."""
     if not layout.geometry:
         return jnp.zeros((*r.residual.shape, 0), r.residual.dtype)
     source, receiver = terms.range_source[1:], terms.range_receiver[1:]
@@ -153,8 +155,11 @@ def _geometry_rows(
         both = chosen[..., :, None] * along[..., None, :]
         columns.append(both.reshape(*both.shape[:2], -1))
     if layout.use_sound:
-        predicted = r.residual + terms.range_distance[1:]
+        predicted = r.residual - w.range_offset[source] + terms.range_distance[1:]
         columns.append(-predicted[..., None] / w.range_scale)
+    if layout.emitters:
+        of_site = place_among(layout.emitters, layout)[:, None] == np.arange(len(layout.emitters))
+        columns.append(jnp.asarray(of_site, lead.dtype)[source])
     return jnp.concatenate(columns, axis=-1)
 
 

@@ -132,20 +132,23 @@ def _layout(data: FrameData, body: Body, options: OptimiseOptions) -> Layout:
         range_loss=options.noise.range_loss,
         user=options.user_residuals,
         chunk=options.chunk,
-        **(_geometry(body, tuple(data.sites), range_sites, c) if border and len(used) else {}),  # type: ignore[arg-type]
+        **(_geometry(data, body, range_sites, c) if border and len(used) else {}),  # type: ignore[arg-type]
     )
 
 
 def _geometry(
-    body: Body, sensors: tuple[int, ...], range_sites: tuple[int, ...], options: ConstantsOptions
+    data: FrameData, body: Body, range_sites: tuple[int, ...], options: ConstantsOptions
 ) -> dict[str, object]:
-    """Unknown lengths, sources and speed of sound, as fields of `Layout`."""
-    topology = body.topology
+    """Unknown lengths, sources, speed of sound and range offsets, as fields of `Layout`."""
+    topology, sensors = body.topology, data.sites
     out: dict[str, object] = {"use_sound": options.sound_sigma > 0}
     if options.source_sigma > 0:
         # A source on the world is an anchor: its place was measured.
         worn = [s not in sensors and topology.site_body[s] > 0 for s in range_sites]
         out["sources"] = tuple(i for i, loose in enumerate(worn) if loose)
+    if options.range_offset_sigma > 0:
+        emit = np.unique(np.asarray(data.range_source)[np.asarray(data.range_weight) > 0])
+        out["emitters"] = tuple(i for i, s in enumerate(range_sites) if s in emit)
     if options.length_sigma > 0:
         moved = {0}
         for site in (*sensors, *range_sites):

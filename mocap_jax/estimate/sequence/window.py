@@ -34,6 +34,8 @@ class Window(NamedTuple):
     """World offsets, at their nominal length, of the bodies in `Layout.lengths` [m]."""
     range_scale: Float[Array, ""]
     """Speed of sound over the declared one."""
+    range_offset: Float[Array, "r"]
+    """Constant error of the ranges of each source [m]."""
 
 
 def kinematics(layout: Layout, body: Body, q: Float[Array, "n nq"], constants: Constants) -> Window:
@@ -58,6 +60,7 @@ def kinematics(layout: Layout, body: Body, q: Float[Array, "n nq"], constants: C
         rotation[:, ranged],
         so3.matvec3(f.rotation[:, parents], body.body_pos[longer]),
         1.0 + jnp.asarray(constants.geometry.sound).sum(),
+        _range_offsets(layout, constants),
     )
 
 
@@ -88,9 +91,19 @@ def _offsets_of_range_sites(layout: Layout, constants: Constants) -> Array:
     return offsets[place]
 
 
+def _range_offsets(layout: Layout, constants: Constants) -> Array:
+    padded = jnp.concatenate([jnp.asarray(constants.geometry.range_offset), jnp.zeros(1)])
+    return padded[place_among(layout.emitters, layout)]
+
+
 def source_of_range_site(layout: Layout) -> np.ndarray:
     """Unknown source (position in `Layout.sources`) at each range site (r,); -1 where none is."""
-    place = {site: i for i, site in enumerate(layout.sources)}
+    return place_among(layout.sources, layout)
+
+
+def place_among(chosen: tuple[int, ...], layout: Layout) -> np.ndarray:
+    """Place of each range site (r,) among chosen ones; -1 where it is not one of them."""
+    place = {site: i for i, site in enumerate(chosen)}
     return np.array([place.get(r, -1) for r in range(len(layout.range_sites))], int)
 
 
