@@ -101,8 +101,8 @@ def segment_capsules(part: str, height: float, mass: float, sex: Sex | None) -> 
 def _trunk(part: str, height: float, thickness: float, sex: Sex | None) -> list[Capsule]:
     capsules = []
     if part == "Pelvis":
-        for (z, x), size in _RINGS:
-            half_breadth, radius = of_sex(size, sex)
+        for (z, x), breadths in _RINGS:
+            half_breadth, radius = of_sex(breadths, sex)
             y = (half_breadth - radius) * thickness
             capsules.append(_capsule((x, -y, z), (x, y, z), radius, height, thickness))
     if part in _COLUMNS:
