@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from mocap_jax.body import Body
@@ -41,16 +43,13 @@ def human_like(body: Body, mass: float | None = None, sex: Sex | None = None) ->
         lengths[part] = _length(rest, part, following)
     lengths |= _trunk_lengths(rest, usual) | _shoulder_length(rest, usual)
     own = segment_lengths(usual)
-    known = {
-        name: float(np.clip(length, *(f * _own(own, name) for f in (_SHORTEST, _LONGEST))))
-        for name, length in lengths.items()
-        if length
-    }
+    known = {n: _bounded(length, own, n) for n, length in lengths.items() if length}
     return human(height, mass, sex, known)
 
 
-def _own(lengths: dict[str, float], name: str) -> float:
-    return lengths.get(name, lengths.get(f"Left{name}", 0.0))
+def _bounded(length: float, own: dict[str, float], name: str) -> float:
+    usual = own.get(name, own.get(f"Left{name}", 0.0))
+    return min(max(length, _SHORTEST * usual), _LONGEST * usual)
 
 
 def _length(rest: RestPose, part: str, following: str) -> float:
@@ -84,8 +83,8 @@ def _shoulder_length(rest: RestPose, usual: Body) -> dict[str, float]:
     """Length of the clavicles that gives the distance between the shoulders."""
     if "LeftUpperArm" not in rest.position or "RightUpperArm" not in rest.position:
         return {}
-    half = np.linalg.norm(rest.position["LeftUpperArm"] - rest.position["RightUpperArm"]) / 2
-    index = usual.topology.body_index
-    inner = float(np.asarray(usual.body_pos)[index("LeftShoulder"), 1])
-    offset = np.asarray(usual.body_pos)[index("LeftUpperArm")]
-    return {"Shoulder": float(np.hypot(max(half - inner, 0.02), np.hypot(offset[0], offset[2])))}
+    half = float(np.linalg.norm(rest.position["LeftUpperArm"] - rest.position["RightUpperArm"])) / 2
+    index, place = usual.topology.body_index, np.asarray(usual.body_pos)
+    inner = float(place[index("LeftShoulder"), 1])
+    x, _, z = place[index("LeftUpperArm")].tolist()
+    return {"Shoulder": math.hypot(max(half - inner, 0.02), x, z)}

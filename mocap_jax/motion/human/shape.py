@@ -111,9 +111,9 @@ def _trunk(part: str, height: float, thickness: float, sex: Sex | None) -> list[
         for side in (0, 1, -1):
             low, high = (side * (b - radius) * thickness for b in (below, above))
             capsules.append(_capsule((x, low, bottom), (x, high, top), radius, height, thickness))
-    if part == "T8" and sex != "male":
+    if part == "T8" and sex == "female":
         (x, y, z), radius = _BUST
-        for at in ((x, y, z), (x, -y, z)):
+        for at in ((x, y, z), (x, -y, z)):  # spheres
             capsules.append(_capsule(at, at, radius, height, thickness))
     return capsules
 
