@@ -48,8 +48,12 @@ if TYPE_CHECKING:
     from mocap_jax.motion import Motion as Motion
     from mocap_jax.motion import builtin_motion as builtin_motion
     from mocap_jax.motion import human as human
+    from mocap_jax.motion import human_like as human_like
     from mocap_jax.motion import load_motion as load_motion
     from mocap_jax.motion import retarget as retarget
+    from mocap_jax.motion import retarget_errors as retarget_errors
+    from mocap_jax.motion import segment_lengths as segment_lengths
+    from mocap_jax.motion import with_segment_lengths as with_segment_lengths
     from mocap_jax.recording import Recording as Recording
     from mocap_jax.recording import Setup as Setup
     from mocap_jax.report import write_report as write_report
@@ -71,7 +75,10 @@ _HOME = {
         "export_motion", "read_recording", "read_solution", "write_recording", "write_solution",
     ),
     "metrics": ("evaluate",),
-    "motion": ("BUILTIN_MOTIONS", "Motion", "builtin_motion", "human", "load_motion", "retarget"),
+    "motion": (
+        "BUILTIN_MOTIONS", "Motion", "builtin_motion", "human", "human_like", "load_motion",
+        "retarget", "retarget_errors", "segment_lengths", "with_segment_lengths",
+    ),
     "recording": ("Recording", "Setup"),
     "report": ("write_report",),
     "simulation": ("SimulationOptions", "simulate"),

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mocap_jax.cli.body_choice import HUMAN, add_body_arguments, chosen_body
 from mocap_jax.cli.exit_codes import SUCCESS, UsageError
 from mocap_jax.cli.files import output_file
 from mocap_jax.cli.parser import count, positive_float
@@ -39,9 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "(bias, mounting errors, soft tissue, outliers, ...)",
     )
     parser.add_argument("--seed", type=count, default=0, metavar="N", help="of all random errors")
-    parser.add_argument(
-        "--body", metavar="XML", help="retarget the motion to this MJCF body (default: its own)"
-    )
+    add_body_arguments(parser)
     parser.add_argument("--skeleton", metavar="ASF", help="skeleton of an .amc file elsewhere")
     parser.add_argument("--fps", type=positive_float, metavar="HZ", help="true frame rate")
     parser.add_argument("--scale", type=positive_float, metavar="M", help="metres per file unit")
@@ -78,14 +77,13 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _load_motion(arguments: argparse.Namespace) -> Motion:
-    from mocap_jax.body import load_body
     from mocap_jax.motion import BUILTIN_MOTIONS, builtin_motion, load_motion
 
-    body = load_body(arguments.body, free_root=True) if arguments.body else None
     if arguments.motion in BUILTIN_MOTIONS:
         _refuse_file_options(arguments)
-        if arguments.motion == "routine":
-            return builtin_motion("routine", body)
+        body = chosen_body(arguments)
+        if arguments.motion == "routine" or arguments.body in (None, HUMAN):
+            return builtin_motion(arguments.motion, body)
         return _on_body(builtin_motion(arguments.motion), body)
     if not Path(arguments.motion).exists() and not Path(arguments.motion).suffix:
         known = ", ".join(BUILTIN_MOTIONS)
@@ -99,18 +97,19 @@ def _load_motion(arguments: argparse.Namespace) -> Motion:
         scale=arguments.scale,
         skip=arguments.skip,
     )
-    return _on_body(motion, body)
+    return _on_body(motion, chosen_body(arguments, motion))
 
 
 def _on_body(motion: Motion, body: Body | None) -> Motion:
     """The motion retargeted to a body, if one is given; prints how well that went."""
     if body is None:
         return motion
-    from mocap_jax.motion import retarget
+    from mocap_jax.motion import retarget, retarget_errors
 
     fitted = retarget(motion, body)
-    for fact in fitted.facts.keys() - motion.facts.keys():
-        print(f"retargeted: {fact} {fitted.facts[fact]}")
+    errors = retarget_errors(motion, fitted).round(1)
+    print(f"retargeted to another body, leg lengths {fitted.facts['scale']:.3f} times the clip's:")
+    print(errors.to_string(na_rep="-", index_names=False))
     return fitted
 
 

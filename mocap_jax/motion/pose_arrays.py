@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 
+import mujoco
 import numpy as np
 from jaxtyping import Float
 
-from mocap_jax.body import Topology
+from mocap_jax.body import Body, Topology
 from mocap_jax.body.topology import QPOS_WIDTH
 
 _MARGIN = math.radians(5.0)
@@ -57,3 +58,17 @@ def widened_range(
         low - _MARGIN if low < lower else lower,
         high + _MARGIN if high > upper else upper,
     )
+
+
+def segment_frames(
+    body: Body, q: Float[np.ndarray, "t nq"], chosen: np.ndarray
+) -> tuple[Float[np.ndarray, "t n 3 3"], Float[np.ndarray, "t n 3"]]:
+    """World rotations and joint centres [m] of some bodies, by C MuJoCo."""
+    model = body.mujoco_model()
+    data = mujoco.MjData(model)
+    R, p = np.empty((len(q), len(chosen), 3, 3)), np.empty((len(q), len(chosen), 3))
+    for k, pose in enumerate(q):
+        data.qpos[:] = pose
+        mujoco.mj_kinematics(model, data)
+        R[k], p[k] = data.xmat[chosen].reshape(-1, 3, 3), data.xpos[chosen]
+    return R, p

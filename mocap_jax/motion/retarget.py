@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-import mujoco
 import numpy as np
 from jax import Array
 from jaxtyping import Float
@@ -23,16 +22,21 @@ from mocap_jax.body import Body, difference, frames, normalise, retract
 from mocap_jax.body.topology import BALL, HINGE
 from mocap_jax.errors import InputError
 from mocap_jax.motion.motion import Motion
-from mocap_jax.motion.pose_arrays import continuous_quaternions
+from mocap_jax.motion.pose_arrays import continuous_quaternions, segment_frames
 from mocap_jax.motion.segment_match import SegmentMatch, match_segments
 from mocap_jax.trajectory import Trajectory
 
 # Weights of the residuals' parts: 0.1 rad of orientation counts as much as 2 cm of position;
 # rest and limits are weak enough to cost a fraction of a degree where segments say otherwise.
 _PER_RADIAN = 1.0
+# About their long axes, the arm's segments follow what elbow and hand allow: hinges of two
+# skeletons do not agree, and the difference should not go into where the bones point.
+_PER_RADIAN_OF_TWIST = 0.3
 _PER_METRE = 5.0
 _PER_RADIAN_FROM_REST = 0.02
 _PER_RADIAN_BEYOND_LIMIT = 2.0
+_ARM = {"ForeArm": "UpperArm", "Hand": "ForeArm"}
+"""Segments of the arm, by the one that follows."""
 _LEAD_IN, _ITERATIONS = 12, 6
 
 
@@ -41,6 +45,8 @@ class _Targets(NamedTuple):
 
     rotation: Float[Array, "*t n 3 3"]
     position: Float[Array, "*t n 3"]
+    weight: Float[Array, "*t n 3 3"]
+    """On the turn from the target to the segment, in the segment's frame."""
 
 
 def retarget(motion: Motion, body: Body) -> Motion:
@@ -53,7 +59,8 @@ def retarget(motion: Motion, body: Body) -> Motion:
     Returns:
         The motion of `body` at the same times. Its facts hold `orientation_error_mean_deg`,
         `orientation_error_max_deg`, `position_error_mean_cm`, `position_error_max_cm` (over all
-        corresponding segments and frames, against the targets), `segments` and `scale`.
+        corresponding segments and frames, against the targets), `segments` and `scale`;
+        `retarget_errors` tells them segment by segment.
 
     Raises:
         InputError: the body has no free root, or too few segments correspond.
@@ -76,7 +83,9 @@ def retarget(motion: Motion, body: Body) -> Motion:
 
 def _targets(motion: Motion, match: SegmentMatch) -> _Targets:
     """What each segment of the target body should do, in all frames."""
-    R_source, p_source = _segment_frames(motion, match.source_body)
+    R_source, p_source = segment_frames(
+        motion.body, np.asarray(motion.trajectory.q), match.source_body
+    )
     R = R_source @ match.R_source_target
     position = np.empty_like(p_source)
     position[:, 0] = match.scale * p_source[:, 0]
@@ -87,20 +96,19 @@ def _targets(motion: Motion, match: SegmentMatch) -> _Targets:
     if feet:  # feet as high above the floor as the scaled source's are
         ankles = match.scale * p_source[:, feet, 2] + match.ankle_rise
         position[..., 2] += np.median(ankles.min(axis=1) - position[:, feet, 2].min(axis=1))
-    return _Targets(jnp.asarray(R), jnp.asarray(position))
+    weight = np.broadcast_to(_turn_weights(match), R.shape)
+    return _Targets(jnp.asarray(R), jnp.asarray(position), jnp.asarray(weight))
 
 
-def _segment_frames(motion: Motion, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """World rotations (t n 3 3) and positions (t n 3) [m] of bodies, by C MuJoCo."""
-    model = motion.body.mujoco_model()
-    data = mujoco.MjData(model)
-    poses = np.asarray(motion.trajectory.q)
-    R, p = np.empty((len(poses), len(chosen), 3, 3)), np.empty((len(poses), len(chosen), 3))
-    for k, pose in enumerate(poses):
-        data.qpos[:] = pose
-        mujoco.mj_kinematics(model, data)
-        R[k], p[k] = data.xmat[chosen].reshape(-1, 3, 3), data.xpos[chosen]
-    return R, p
+def _turn_weights(match: SegmentMatch) -> Float[np.ndarray, "n 3 3"]:
+    """Weights of the turn's components: less about the long axes of the arm."""
+    weights = np.tile(_PER_RADIAN * np.eye(3), (len(match.names), 1, 1))
+    for name, p, offset in zip(match.names, match.parent, match.offset, strict=True):
+        part = name.removeprefix("Left").removeprefix("Right")
+        if part in _ARM and match.names[p].endswith(_ARM[part]) and (offset @ offset) > 1e-6:
+            along = np.outer(offset, offset) / (offset @ offset)
+            weights[p] -= (_PER_RADIAN - _PER_RADIAN_OF_TWIST) * along
+    return weights
 
 
 @jax.jit
@@ -113,9 +121,10 @@ def _fit_clip(body: Body, chosen: Array, targets: _Targets) -> tuple[Array, Arra
 
     def step(q: Array, target: _Targets) -> tuple[Array, tuple[Array, Array, Array]]:
         fit = _fit_frame(body, chosen, q, target)
-        turn, shift = jnp.split(fit.residual[: 6 * len(target.position)].reshape(-1, 3), 2)
+        weighted, shift = jnp.split(fit.residual[: 6 * len(target.position)].reshape(-1, 3), 2)
+        turn = jnp.linalg.solve(target.weight, weighted[..., None])[..., 0]
         errors = jnp.linalg.norm(turn, axis=-1), jnp.linalg.norm(shift, axis=-1)
-        return fit.q, (fit.q, errors[0] / _PER_RADIAN, errors[1] / _PER_METRE)
+        return fit.q, (fit.q, errors[0], errors[1] / _PER_METRE)
 
     result = jax.lax.scan(step, body.qpos0.at[:7].set(root), again)[1]
     return jax.tree.map(lambda x: x[_LEAD_IN:], result)
@@ -167,9 +176,10 @@ def _residual_and_jacobian(
     )
     soft = lambda d: _soft_residual(body, retract(body.topology, q, d))  # noqa: E731
     zero = jnp.zeros(body.nv, q.dtype)
-    residual = [_PER_RADIAN * turn.ravel(), _PER_METRE * (p - target.position).ravel(), soft(zero)]
+    weighted = (target.weight @ turn[..., None]).ravel()
+    residual = [weighted, _PER_METRE * (p - target.position).ravel(), soft(zero)]
     jacobian = [
-        _PER_RADIAN * turn_jacobian.reshape(-1, body.nv),
+        (target.weight @ turn_jacobian).reshape(-1, body.nv),
         _PER_METRE * jnp.swapaxes(linear, 1, 2).reshape(-1, body.nv),
         jax.jacfwd(soft)(zero),
     ]

@@ -14,6 +14,8 @@ from mocap_jax.body import Body, load_body
 # Rotation from the files' axes (X left, Y up, Z forward) to ours (X forward, Y left, Z up).
 R_WORLD_FILE = Rotation.from_matrix([[0, 0, 1], [1, 0, 0], [0, 1, 0]])
 ROOT_JOINT = "root"
+TIP_PREFIX = "tip/"
+"""Of the MJCF's custom numeric data that keep the tips of bones, each in its bone's frame [m]."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,18 @@ class Capsule:
 
 
 @dataclass(frozen=True)
+class Inertia:
+    """Mass of a bone and how it is spread; without one, MuJoCo takes both from the capsules."""
+
+    mass: float
+    """[kg]"""
+    centre: np.ndarray
+    """Centre of mass in the bone's frame [m]."""
+    moments: np.ndarray
+    """About the centre, for axes parallel to the bone's X, Y and Z [kg m^2]."""
+
+
+@dataclass(frozen=True)
 class Bone:
     """One rigid segment: `R_parent_bone` and `position` place it in its parent at zero pose."""
 
@@ -50,6 +64,9 @@ class Bone:
     joints: tuple[Joint, ...] = ()
     end: np.ndarray = field(default_factory=lambda: np.zeros(3))
     """Far end in the bone's frame [m]; the segment runs from the origin to here."""
+    inertia: Inertia | None = None
+    tip: np.ndarray | None = None
+    """Far end [m] of a bone that nothing follows, to be kept in the MJCF."""
 
 
 @dataclass(frozen=True)
@@ -101,11 +118,28 @@ def skeleton_mjcf(skeleton: Skeleton, shapes: Shapes) -> str:
             pos=_numbers(position), quat=_numbers(bone.rotation.as_quat(scalar_first=True)),
         )  # fmt: skip
         elements[bone.name] = element
+        _add_inertia(element, bone)
         _add_joints(element, bone)
         for i, capsule in enumerate(shapes[bone.name]):
             _add_capsule(element, f"{bone.name}/{i}", capsule)
+    _add_tips(mujoco, skeleton)
     ElementTree.indent(mujoco)
     return ElementTree.tostring(mujoco, encoding="unicode")
+
+
+def _add_inertia(element: ElementTree.Element, bone: Bone) -> None:
+    if bone.inertia is not None:
+        ElementTree.SubElement(
+            element, "inertial", pos=_numbers(bone.inertia.centre),
+            mass=_numbers([bone.inertia.mass]), diaginertia=_numbers(bone.inertia.moments),
+        )  # fmt: skip
+
+
+def _add_tips(mujoco: ElementTree.Element, skeleton: Skeleton) -> None:
+    tips = {bone.name: bone.tip for bone in skeleton.bones if bone.tip is not None}
+    custom = ElementTree.SubElement(mujoco, "custom") if tips else mujoco
+    for name, tip in tips.items():
+        ElementTree.SubElement(custom, "numeric", name=TIP_PREFIX + name, data=_numbers(tip))
 
 
 def _add_joints(element: ElementTree.Element, bone: Bone) -> None:

@@ -26,7 +26,7 @@ RATE = 120.0
 """Frame rate [1/s]."""
 _CYCLE = 1.06
 """Stride time [s]."""
-_ROOT_HEIGHT = 0.92825 / 1.75
+_ROOT_HEIGHT = 0.530
 """Height of the pelvis of `human()` at rest, as a fraction of stature."""
 _HARMONICS = 6
 

@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError
+from mocap_jax.motion import segment_tip
 from mocap_jax.simulation.anatomy import Anatomy, anatomy_of
 from mocap_jax.simulation.suit import Mounting, Suit
 
@@ -202,6 +203,8 @@ def _ends(anatomy: Anatomy, segment: str) -> tuple[np.ndarray, np.ndarray]:
             child = anatomy.model.body_parentid[child]
         if anatomy.model.body_parentid[child]:
             return start, anatomy.data.xpos[child]
+    if (tip := segment_tip(anatomy.model, segment)) is not None:
+        return start, start + anatomy.rotation(anatomy.segments[segment]) @ tip
     own = np.flatnonzero(anatomy.model.geom_bodyid == anatomy.segments[segment])
     if own.size:
         # A shape's centre lies half-way along its segment.

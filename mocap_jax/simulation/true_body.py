@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from mocap_jax.body import Body, load_body
+from mocap_jax.motion import TIP_PREFIX
 from mocap_jax.simulation.mounting import body_elements, numbers
 from mocap_jax.simulation.profiles import Profile
 from mocap_jax.simulation.random_streams import stream
@@ -38,6 +39,9 @@ def true_body(nominal: Body, suit: Suit, profile: Profile, seed: int) -> tuple[B
     elements = body_elements(tree)
     for name, element in elements.items():
         _scale_segment(element, scale[name])
+    for numeric in tree.iter("numeric"):
+        name = (numeric.get("name") or "").removeprefix(TIP_PREFIX)
+        _scale_attribute(numeric, "data", scale.get(name, 1.0))
     sites = {e.get("name"): e for e in tree.iter("site")}
     for site in (*(b.name for b in suit.boards), *suit.source_sites):
         turn, shift = _misplace(site, sites[site], profile, seed)
@@ -60,6 +64,9 @@ def _scale_segment(element: ElementTree.Element, factor: float) -> None:
         if child.tag == "geom" and child.get("type") not in ("mesh", "plane", "hfield"):
             _scale_attribute(child, "fromto", factor)
             _scale_attribute(child, "size", factor)
+        if child.tag == "inertial":  # of the same mass, spread further
+            _scale_attribute(child, "diaginertia", factor**2)
+            _scale_attribute(child, "fullinertia", factor**2)
 
 
 def _scale_attribute(element: ElementTree.Element, name: str, factor: float) -> None:

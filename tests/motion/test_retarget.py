@@ -11,7 +11,7 @@ import pytest
 
 from mocap_jax.body import Body, load_body
 from mocap_jax.errors import InputError
-from mocap_jax.motion import Motion, human, load_motion, retarget
+from mocap_jax.motion import Motion, human, load_motion, retarget, retarget_errors
 from mocap_jax.trajectory import Trajectory
 
 
@@ -55,6 +55,14 @@ def test_human_walks_like_the_clip(walk: Motion) -> None:
     np.testing.assert_array_equal(result.trajectory.time, walk.trajectory.time)
     assert result.facts["orientation_error_mean_deg"] < 6.0
     assert result.facts["position_error_mean_cm"] < 1.5
+    errors = retarget_errors(walk, result)
+    assert errors["bend_mean_deg"].max() < 1.0
+    assert (
+        errors.filter(regex="(UpperArm|ForeArm|UpperLeg|LowerLeg)$", axis=0)[
+            "direction_mean_deg"
+        ].max()
+        < 3.0
+    )
     for frame in range(0, len(walk.trajectory.q), 8):
         source = centres(walk.body, walk.trajectory.q[frame])
         found = centres(result.body, result.trajectory.q[frame])

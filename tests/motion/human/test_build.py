@@ -8,7 +8,8 @@ import pytest
 
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError
-from mocap_jax.motion import XSENS_SEGMENTS, human, xsens_name
+from mocap_jax.motion import XSENS_SEGMENTS, human
+from mocap_jax.motion.human import Sex
 
 
 def posed(body: Body, **degrees: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -20,14 +21,41 @@ def posed(body: Body, **degrees: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
     return model, data
 
 
+@pytest.mark.parametrize("sex", ["female", "male", None])
 @pytest.mark.parametrize(("height", "mass"), [(1.75, 70.0), (1.55, 50.0), (1.95, 110.0)])
-def test_size_and_mass_are_as_asked(height: float, mass: float) -> None:
-    body = human(height, mass)
-    model, data = posed(body)
+def test_size_and_mass_are_as_asked(height: float, mass: float, sex: Sex | None) -> None:
+    model, data = posed(human(height, mass, sex))
     reach = model.geom_size[:, 0] + model.geom_size[:, 1] * np.abs(data.geom_xmat[:, 8])
-    assert model.body_mass.sum() == pytest.approx(mass, rel=1e-9)
+    assert model.body_mass.sum() == pytest.approx(mass, rel=1e-14)
     assert (data.geom_xpos[:, 2] - reach).min() == pytest.approx(0.0, abs=1e-9)
-    assert (data.geom_xpos[:, 2] + reach).max() == pytest.approx(height, abs=0.02)
+    assert (data.geom_xpos[:, 2] + reach).max() == pytest.approx(height, abs=1e-9)
+
+
+def breadth(body: Body, *segments: str) -> float:
+    """Overall breadth [m] of some segments in the zero pose."""
+    model, data = posed(body)
+    own = np.isin(model.geom_bodyid, [model.body(s).id for s in segments])
+    across = np.abs(data.geom_xpos[own, 1])
+    across += model.geom_size[own, 0] + model.geom_size[own, 1] * np.abs(data.geom_xmat[own, 7])
+    return 2 * float(across.max())
+
+
+def test_sexes_differ_in_shoulders_waist_and_hips_and_none_is_between() -> None:
+    bodies = [human(sex=sex) for sex in ("female", None, "male")]
+    shoulders, waist, hips = (
+        [breadth(b, *segments) for b in bodies]
+        for segments in (("LeftUpperArm", "RightUpperArm"), ("L3",), ("Pelvis",))
+    )
+    assert shoulders == sorted(shoulders) and shoulders[0] < 0.95 * shoulders[2]
+    assert waist == sorted(waist)
+    assert hips == sorted(hips, reverse=True)
+    assert 0.70 < waist[0] / hips[0] < waist[2] / hips[2] < 0.95
+
+
+def test_heavier_is_thicker_but_not_taller() -> None:
+    light, heavy = human(mass=60.0), human(mass=90.0)
+    assert breadth(heavy, "L3") / breadth(light, "L3") == pytest.approx(np.sqrt(1.5), rel=1e-9)
+    np.testing.assert_allclose(heavy.body_pos, light.body_pos, atol=1e-12)
 
 
 def test_segments_are_the_23_of_xsens() -> None:
@@ -83,20 +111,5 @@ def test_wrong_sizes_are_refused() -> None:
         human(height=175)
     with pytest.raises(InputError, match="mass must be"):
         human(mass=-1.0)
-
-
-@pytest.mark.parametrize(
-    ("name", "expected"),
-    [("lfemur", "LeftUpperLeg"), ("root", "Pelvis"), ("thorax", "T8"),
-     ("rclavicle", "RightShoulder"),
-     ("LeftUpLeg", "LeftUpperLeg"), ("LeftArm", "LeftUpperArm"), ("lShldr", "LeftUpperArm"),
-     ("RightToeBase", "RightToe"), ("mixamorig:Hips", "Pelvis"), ("lwrist", "lwrist"),
-     ("upperneck", "upperneck"), ("rButtock", "rButtock"), ("LHipJoint", "LHipJoint")],
-)  # fmt: skip
-def test_names_of_other_systems(name: str, expected: str) -> None:
-    assert xsens_name(name) == expected
-    assert xsens_name(expected) == expected
-
-
-def test_own_names_are_kept() -> None:
-    assert all(xsens_name(name) == name for name in XSENS_SEGMENTS)
+    with pytest.raises(InputError, match="unknown sex 'woman'; valid: female, male, None"):
+        human(sex="woman")

@@ -1,0 +1,89 @@
+"""Arguments that choose who performs a motion: an MJCF body or the built-in human."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+from mocap_jax.cli.exit_codes import UsageError
+from mocap_jax.cli.parser import positive_float
+
+if TYPE_CHECKING:
+    from mocap_jax.body import Body
+    from mocap_jax.motion import Motion
+
+HUMAN, LIKE_CLIP = "human", "human-like-clip"
+_OPTIONS = ("height", "mass", "sex", "length")
+
+
+def add_body_arguments(parser: argparse.ArgumentParser) -> None:
+    """`--body` and what the built-in human is made from."""
+    parser.add_argument(
+        "--body",
+        metavar="XML",
+        help=f"retarget the motion to this MJCF body, to '{HUMAN}' (the built-in one) or to "
+        f"'{LIKE_CLIP}' (with the clip's segment lengths); default: its own",
+    )
+    parser.add_argument("--height", type=positive_float, metavar="M", help="stature of the human")
+    parser.add_argument("--mass", type=positive_float, metavar="KG", help="its mass")
+    parser.add_argument("--sex", metavar="SEX", help="female or male (default: mean of both)")
+    parser.add_argument(
+        "--length",
+        action="append",
+        metavar="SEGMENT=M",
+        help="another length of a segment of the human, e.g. UpperLeg=0.45 (may be repeated)",
+    )
+
+
+def chosen_body(arguments: argparse.Namespace, motion: Motion | None = None) -> Body | None:
+    """The body asked for; None for the motion's own.
+
+    Raises:
+        UsageError: options that do not go together, or a length that cannot be read.
+        InputError: a wrong file or value.
+    """
+    given = [o for o in _OPTIONS if getattr(arguments, o) is not None]
+    if arguments.body == LIKE_CLIP:
+        return _like_clip(arguments, motion, given)
+    # A built-in motion is the human's own anyway.
+    if arguments.body == HUMAN or (arguments.body is None and motion is None and given):
+        return _human(arguments)
+    if given:
+        raise UsageError(f"--{given[0]} is for --body {HUMAN}")
+    if arguments.body is None:
+        return None
+    from mocap_jax.body import load_body
+
+    return load_body(arguments.body, free_root=True)
+
+
+def _human(arguments: argparse.Namespace) -> Body:
+    from mocap_jax.motion import human
+
+    height, mass = arguments.height, arguments.mass
+    height = 1.75 if height is None else height
+    mass = 70.0 * (height / 1.75) ** 2 if mass is None else mass
+    return human(height, mass, arguments.sex, _lengths(arguments.length or []))
+
+
+def _like_clip(arguments: argparse.Namespace, motion: Motion | None, given: list[str]) -> Body:
+    if motion is None:
+        raise UsageError(f"--body {LIKE_CLIP} is for motion files; built-in motions use {HUMAN}")
+    if unused := [o for o in given if o in ("height", "length")]:
+        raise UsageError(f"--{unused[0]} does not go with --body {LIKE_CLIP}")
+    from mocap_jax.motion import human_like
+
+    return human_like(motion.body, arguments.mass, arguments.sex)
+
+
+def _lengths(texts: list[str]) -> dict[str, float]:
+    lengths = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        try:
+            lengths[name] = float(value)
+        except ValueError as error:
+            raise UsageError(
+                f"--length {text}: expected SEGMENT=METRES, for example UpperLeg=0.45"
+            ) from error
+    return lengths

@@ -1,0 +1,69 @@
+"""Which body performs a motion: what the arguments make of it."""
+
+from __future__ import annotations
+
+import argparse
+
+import pytest
+
+from mocap_jax.cli.body_choice import add_body_arguments, chosen_body
+from mocap_jax.cli.exit_codes import UsageError
+from mocap_jax.errors import InputError
+from mocap_jax.motion import Motion, builtin_motion, human, segment_lengths
+
+
+def parsed(*arguments: str) -> argparse.Namespace:
+    parser = argparse.ArgumentParser()
+    add_body_arguments(parser)
+    return parser.parse_args(arguments)
+
+
+@pytest.fixture(scope="module")
+def walk() -> Motion:
+    return builtin_motion("walking")
+
+
+def test_nothing_asked_is_the_motion_s_own(walk: Motion) -> None:
+    assert chosen_body(parsed()) is None
+    assert chosen_body(parsed(), walk) is None
+
+
+def test_human_as_asked(walk: Motion) -> None:
+    options = ["--height", "1.65", "--sex", "female", "--length", "UpperArm=0.3",
+               "--length", "LeftHand=0.15"]  # fmt: skip
+    wanted = human(1.65, 70.0 * (1.65 / 1.75) ** 2, "female", {"UpperArm": 0.3, "LeftHand": 0.15})
+    assert chosen_body(parsed("--body", "human", *options), walk).xml == wanted.xml
+    assert chosen_body(parsed(*options)).xml == wanted.xml  # of a built-in motion
+    assert chosen_body(parsed("--body", "human"), walk).xml == human().xml
+
+
+def test_human_like_the_clip(walk: Motion) -> None:
+    body = chosen_body(parsed("--body", "human-like-clip", "--mass", "80"), walk)
+    assert segment_lengths(body) == pytest.approx(segment_lengths(walk.body), rel=1e-6)
+    assert body.mujoco_model().body_mass.sum() == pytest.approx(80.0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--height", "1.8"], "--height is for --body human"),
+        (["--body", "a.xml", "--sex", "male"], "--sex is for --body human"),
+        (["--body", "human", "--length", "UpperArm"], "expected SEGMENT=METRES"),
+        (["--body", "human", "--length", "UpperArm=long"], "expected SEGMENT=METRES"),
+        (["--body", "human-like-clip", "--height", "1.8"], "--height does not go with"),
+    ],
+)
+def test_options_that_make_no_sense(walk: Motion, arguments: list[str], words: str) -> None:
+    with pytest.raises(UsageError, match=words):
+        chosen_body(parsed(*arguments), walk)
+
+
+def test_wrong_values(walk: Motion) -> None:
+    with pytest.raises(UsageError, match="for motion files"):
+        chosen_body(parsed("--body", "human-like-clip"))
+    with pytest.raises(InputError, match="unknown sex 'boy'"):
+        chosen_body(parsed("--body", "human", "--sex", "boy"), walk)
+    with pytest.raises(InputError, match="unknown segment 'Arm'"):
+        chosen_body(parsed("--body", "human", "--length", "Arm=0.3"), walk)
+    with pytest.raises(InputError, match=r"nowhere.xml: no such MJCF file"):
+        chosen_body(parsed("--body", "nowhere.xml"), walk)
