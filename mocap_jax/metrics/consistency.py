@@ -150,7 +150,8 @@ def _observed_dofs(solution: Solution) -> tuple[np.ndarray, int]:
         solution.body,
         [s.site for s in solution.setup.sensors if s.site in topology.site_names],
     )
-    dofs, segments = [], set()
+    dofs: list[int] = []
+    segments: set[str] = set()
     for j, kind in enumerate(topology.joint_types):
         segment = topology.body_names[topology.joint_body[j]]
         if segment in seen and kind in ("ball", "hinge"):
