@@ -69,10 +69,15 @@ def _never_worse(results: Results, section: Section) -> Iterator[str]:
         both = results.pair(section, (combination, "optimise"), (combination, "smoothed"))
         if not both or (combination == ALL and section[1] == "field"):
             continue
-        what = "observed joints" if both[0].observed == both[0].observed else "three joints"
-        one, other = (r.observed if what == "observed joints" else r.mean for r in both)
-        numbers = f"({one:.3g} / {other:.3g} deg)"
-        yield _line(f"{what}, {combination}, optimiser / smoothed", one / other, "<= 1.02", numbers)
+        one, other = both
+        joints = f"three joints {one.mean:.3g} / {other.mean:.3g} deg"
+        if one.observed == one.observed:
+            numbers = f"({one.observed:.3g} / {other.observed:.3g} deg; {joints})"
+            yield _line(f"observed joints, {combination}, optimiser / smoothed",
+                        one.observed / other.observed, "<= 1.02", numbers)  # fmt: skip
+        else:
+            yield _line(f"three joints, {combination}, optimiser / smoothed",
+                        one.mean / other.mean, "<= 1.02", f"({joints})")  # fmt: skip
 
 
 def _consistency(results: Results, section: Section) -> Iterator[str]:

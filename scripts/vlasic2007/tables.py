@@ -92,10 +92,10 @@ def _pair(mean: float, deviation: float) -> str:
 
 
 def _digits(value: float) -> str:
-    """One decimal, three where the value is small; a dash for none."""
+    """One decimal, two digits where the value is small; a dash for none."""
     if value != value:
         return "-"
-    return f"{value:.1f}" if value >= 0.95 else f"{value:.3f}"
+    return f"{value:.1f}" if value >= 0.95 else f"{value:.2g}"
 
 
 def _aligned(table: list[tuple[str, ...]]) -> list[str]:
