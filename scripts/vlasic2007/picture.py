@@ -39,7 +39,7 @@ def _panel(axes, results: Results, section: tuple[str, str]) -> None:
 
     palette = colours(list(METHODS))
     place = np.arange(len(COMBINATIONS))
-    bars = [("Vlasic 2007 (real, against optical)", TRUTH, map(mean_of_joints, COMBINATIONS))]
+    bars = [("Vlasic 2007, real motion (unfolded)", TRUTH, map(mean_of_joints, COMBINATIONS))]
     for method, name in METHODS.items():
         rows = [results.row(section, c, method) for c in COMBINATIONS]
         heights = (float("nan") if row is None else row.mean for row in rows)
@@ -55,9 +55,10 @@ def _panel(axes, results: Results, section: tuple[str, str]) -> None:
                               va="bottom", size=6)  # fmt: skip
     axes.set_yscale("log")
     axes.set_ylim(top=400)
+    axes.yaxis.set_major_formatter("{x:g}")
     axes.set_xticks(place, COMBINATIONS)
     axes.tick_params(axis="x", length=0, labelcolor="black")
-    axes.set_ylabel("mean error [deg]")
+    axes.set_ylabel("mean error, folded [deg]")
     seeds = max(len(row.seeds) for row in results.rows(section))
     axes.set_title(f"{section[0]}, profile {section[1]}, {seeds} seed{'s' * (seeds != 1)}: "
                    "neck, right shoulder, left hip relative to the pelvis")  # fmt: skip
