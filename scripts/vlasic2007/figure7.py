@@ -11,7 +11,7 @@ from vlasic2007.treadmill import COMBINATIONS, METHODS, Shoulder
 
 _LABELS = {"A+G+D": "with distances", "A+G": "without"}
 _ANGLE = 2  # Internal rotation: about the hanging arm, the turn that gravity does not show.
-_DPI = 110
+_DPI = 95
 
 
 def draw(series: dict[tuple[str, str], Shoulder], body, target: Path) -> Path:
@@ -30,7 +30,7 @@ def draw(series: dict[tuple[str, str], Shoulder], body, target: Path) -> Path:
     with rc_context(RC):
         figure = Figure(figsize=(9.5, 4.6))
         grid = figure.add_gridspec(
-            len(METHODS), 1, left=0.40, right=0.985, top=0.87, bottom=0.105, hspace=0.30
+            len(METHODS), 1, left=0.415, right=0.985, top=0.87, bottom=0.105, hspace=0.30
         )
         panels = [figure.add_subplot(cell) for cell in grid]
         for axes, method in zip(panels, METHODS, strict=True):
@@ -73,13 +73,13 @@ def _frames(figure, series: dict[tuple[str, str], Shoulder], body) -> None:
 
     worst = series[METHODS[0], COMBINATIONS[-1]]
     k = int(np.argmax(worst.error_angle))
-    width, height = 1.9, 2.15
-    box = figure.add_axes((0.01, 0.06, 0.34, 0.34 * 9.5 / 4.6 * height / width))
+    width, height = 2.1, 2.15
+    box = figure.add_axes((0.0, 0.06, 0.36, 0.36 * 9.5 / 4.6 * height / width))
     box.set(xlim=(0.0, width), ylim=(-0.25, height - 0.25))
     box.set_axis_off()
     view = view_from(0.0, turn=0.55)
     for i, combination in enumerate(COMBINATIONS):
-        at = (width * (0.27 + 0.5 * i), 0.0)
+        at = (width * (0.21 + 0.42 * i), 0.0)
         one = series[METHODS[0], combination]
         plot_body(box, body, one.true_q[k], view=view, at=at, colour=TRUTH, outline=False)
         plot_body(box, body, one.q[k], view=view, at=at, colour=_colours()[combination], alpha=0.9)
