@@ -153,7 +153,9 @@ print(by_joint.loc[[*refined.observed, "mean_observed", "mean"]].round(2).to_str
 #
 # Every solution states the covariance of its poses. Joint by joint: the error (bars) beside what
 # the solution itself expected (marks). The filter takes its calibration for nearly exact, so it
-# promises more than it holds; the refinement treats calibration as unknown and is more honest.
+# promises more than it holds. The refinement treats calibration as unknown and states a larger
+# uncertainty;
+# in the `field` profile, whose errors are no white noise, it is still too small.
 
 # %%
 scored = time >= recording.setup.score_from
@@ -181,8 +183,9 @@ for name, solution in estimates.items():
 # ## What the refinement changed
 #
 # The filter's sensor constants come from the rest hold alone. There a board that is mounted askew
-# and a joint that is not quite in the declared pose look the same. Over a whole motion they do
-# not.
+# and a joint that is not quite in the declared pose look the same. Only motion tells them apart,
+# and a few seconds of it need not suffice for every board: look for points far from the line, and
+# for the joints of those boards in the table above.
 
 # %%
 rows = (
