@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import jax
 import numpy as np
 from jaxtyping import Float
 from scipy.stats import norm
 
 from mocap_jax.body import Body, difference
+from mocap_jax.body.topology import DOF_WIDTH
 from mocap_jax.errors import InputError
 from mocap_jax.metrics.align import align
+from mocap_jax.metrics.observed import observed_segments
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution
 from mocap_jax.solution.poses import map_frames
@@ -76,5 +80,84 @@ def coverage(
         raise InputError(f"level {level:g}: must lie between 0 and 1 (for example 0.95)")
     error, covariance = tangent_errors(solution, reference, from_time)
     variance = np.diagonal(covariance, axis1=1, axis2=2)
-    bound = norm.ppf(0.5 + level / 2) * np.sqrt(np.maximum(variance, 0.0))
-    return (np.abs(error) <= bound).mean(axis=0)
+    return (np.abs(error) <= _bound(variance, level)).mean(axis=0)
+
+
+def _bound(variance: Float[np.ndarray, "*b"], level: float) -> Float[np.ndarray, "*b"]:
+    """Half width of the central interval of a normal distribution."""
+    return norm.ppf(0.5 + level / 2) * np.sqrt(np.maximum(variance, 0.0))
+
+
+@dataclass(frozen=True)
+class JointConsistency:
+    """Errors of joint rotations beside what the solution's own covariance predicts."""
+
+    rms: float
+    """Root mean square error of the rotation of a joint [rad]."""
+    predicted_rms: float
+    """The same as the covariance predicts it [rad]: from the trace of each joint's block."""
+    coverage: float
+    """Share of single components (over frames, joints and axes) inside their interval."""
+
+    @property
+    def ratio(self) -> float:
+        """Error over its prediction: 1 when the covariance is honest, above 1 overconfident."""
+        return self.rms / self.predicted_rms
+
+
+def joint_consistency(
+    solution: Solution,
+    reference: Recording | Solution,
+    level: float = 0.95,
+    *,
+    from_time: float | None = None,
+) -> JointConsistency:
+    """Compare errors of the observed joints' rotations with their stated uncertainty.
+
+    The error of a joint is its part of the tangent vector from the estimate to the truth: the
+    rotation vector of a ball joint, the angles of hinges. Means are over frames and joints, so
+    that joints of any number of degrees of freedom count alike; slides do not count.
+
+    Args:
+        solution: an estimate with covariance.
+        reference: a recording with truth, or another solution, on a body of the same structure.
+        level: of the two-sided intervals of `coverage`.
+        from_time: first time scored [s]; default `solution.setup.score_from`.
+
+    Raises:
+        InputError: no covariance, bodies of different structure, no observed joint, or a level
+            outside 0 to 1.
+    """
+    if not 0 < level < 1:
+        raise InputError(f"level {level:g}: must lie between 0 and 1 (for example 0.95)")
+    error, covariance = tangent_errors(solution, reference, from_time)
+    chosen, joints = _observed_dofs(solution)
+    error = error[:, chosen]
+    variance = np.diagonal(covariance, axis1=1, axis2=2)[:, chosen]
+    inside = np.abs(error) <= _bound(variance, level)
+    count = len(error) * joints
+    return JointConsistency(
+        float(np.sqrt((error**2).sum() / count)),
+        float(np.sqrt(variance.sum() / count)),
+        float(inside.mean()),
+    )
+
+
+def _observed_dofs(solution: Solution) -> tuple[np.ndarray, int]:
+    """Rotational degrees of freedom of the observed joints, and how many segments have them."""
+    topology = solution.body.topology
+    seen = solution.observed or observed_segments(
+        solution.body,
+        [s.site for s in solution.setup.sensors if s.site in topology.site_names],
+    )
+    dofs: list[int] = []
+    segments: set[str] = set()
+    for j, kind in enumerate(topology.joint_types):
+        segment = topology.body_names[topology.joint_body[j]]
+        if segment in seen and kind in ("ball", "hinge"):
+            at = topology.joint_dof[j]
+            dofs += range(at, at + DOF_WIDTH[kind])
+            segments.add(segment)
+    if not dofs:
+        raise InputError("the solution's sensors observe no joint, so there is nothing to compare")
+    return np.array(dofs), len(segments)

@@ -7,7 +7,8 @@ import pytest
 from small_person import moved, person, recording, solution, swing
 
 from mocap_jax.errors import InputError
-from mocap_jax.metrics import coverage, nees
+from mocap_jax.metrics import coverage, evaluate, joint_consistency, nees
+from mocap_jax.metrics.consistency import tangent_errors
 from mocap_jax.trajectory import Trajectory
 
 
@@ -53,3 +54,40 @@ def test_undetermined_directions_are_not_a_number(drawn):
     P[:10, 0] = P[:10, :, 0] = 0.0
     values = nees(dataclasses.replace(estimate, covariance=P), truth)
     assert np.isnan(values[:10]).all() and np.isfinite(values[10:]).all()
+
+
+def test_joint_consistency_of_honest_and_overconfident_covariances(drawn):
+    estimate, truth = drawn
+    honest = joint_consistency(estimate, truth)
+    assert honest.ratio == pytest.approx(1.0, abs=0.04)
+    assert honest.coverage == pytest.approx(0.95, abs=0.02)
+    proud = dataclasses.replace(estimate, covariance=estimate.covariance / 4)
+    assert joint_consistency(proud, truth).ratio == pytest.approx(2 * honest.ratio)
+    assert joint_consistency(proud, truth).rms == honest.rms
+
+
+def test_joint_consistency_is_of_the_observed_joints_alone(drawn):
+    estimate, truth = drawn
+    elbow = dataclasses.replace(estimate, observed=("RightForeArm",))
+    topology = estimate.body.topology
+    dof = topology.joint_dof[topology.joint_names.index("right_elbow")]
+    error, covariance = tangent_errors(estimate, truth)
+    found = joint_consistency(elbow, truth)
+    assert found.rms == pytest.approx(np.sqrt(np.mean(error[:, dof] ** 2)))
+    assert found.predicted_rms == pytest.approx(np.sqrt(covariance[0, dof, dof]))
+    assert found.coverage == pytest.approx(coverage(estimate, truth)[dof])
+
+
+def test_rms_of_a_ball_joint_is_that_of_its_rotation(drawn):
+    estimate, truth = drawn
+    neck = dataclasses.replace(estimate, observed=("Head",))
+    expected = evaluate(estimate, truth)["orientation_error_rmse_deg"]["Head"]
+    assert np.rad2deg(joint_consistency(neck, truth).rms) == pytest.approx(expected, rel=1e-6)
+
+
+def test_joint_consistency_needs_joints_and_a_level(drawn):
+    estimate, truth = drawn
+    with pytest.raises(InputError, match="observe no joint"):
+        joint_consistency(dataclasses.replace(estimate, observed=("Pelvis",)), truth)
+    with pytest.raises(InputError, match="level"):
+        joint_consistency(estimate, truth, level=1.5)

@@ -1,0 +1,117 @@
+"""One cell is one estimate: motion, profile, seed, sensors and method. Cells are kept as files."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import json
+import os
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+
+METHODS = {
+    "ekf_paper": "EKF, paper's Q",
+    "ekf": "EKF, tuned",
+    "smoothed": "EKF, smoothed",
+    "optimise": "optimiser",
+}
+"""Methods and how the tables call them."""
+
+_PACKAGE = Path(__file__).resolve().parents[2] / "mocap_jax"
+# Rooms and files that no figure depends on; and those that only the optimiser's depend on.
+_WITHOUT_EFFECT = ("cli", "report", "io", "data")
+_OPTIMISER_ONLY = (
+    "linalg", "least_squares", "residuals", "estimate/sequence", "estimate/whole_sequence",
+    "estimate/initial_guess", "estimate/check_residual",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What identifies one estimate."""
+
+    motion: str
+    """A built-in motion, or the path of a motion file."""
+    profile: str
+    seed: int
+    combination: str
+    method: str
+    cut: float | None
+    """Only the first seconds of the motion were used; None for all."""
+
+    @property
+    def kinds(self) -> str:
+        """The letters that `EkfOptions.kinds` takes."""
+        return self.combination.replace("+", "")
+
+    @property
+    def label(self) -> str:
+        """The motion as tables call it."""
+        return Path(self.motion).stem
+
+
+class Store:
+    """A folder of cells; each file appears whole or not at all."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def file(self, cell: Cell) -> Path:
+        """Where a cell made by the present code is kept."""
+        length = "whole" if cell.cut is None else f"{cell.cut:g}s"
+        name = f"{cell.combination}-{cell.method}-{cell.seed}-{code_version(cell.method)}.json"
+        return self.folder / f"{cell.label}-{length}" / cell.profile / name
+
+    def has(self, cell: Cell) -> bool:
+        """Whether the present code has made it already."""
+        return self.file(cell).is_file()
+
+    def write(self, cell: Cell, scores: dict) -> None:
+        """Keep the scores of a cell."""
+        target = self.file(cell)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        part = target.with_suffix(f".{os.getpid()}.part")
+        part.write_text(json.dumps({"cell": asdict(cell), **scores}) + "\n", encoding="utf-8")
+        os.replace(part, target)
+
+    def read(self, cells: list[Cell], *, any_version: bool = False) -> Iterator[tuple[Cell, dict]]:
+        """Cells that are there; of any version of the code, newest first, if so wanted."""
+        for cell in cells:
+            file = self.file(cell)
+            if any_version and not file.is_file():
+                prefix = file.name.rsplit("-", 1)[0]
+                others = sorted(file.parent.glob(f"{prefix}-*.json"), key=os.path.getmtime)
+                file = others[-1] if others else file
+            if file.is_file():
+                yield cell, json.loads(file.read_text(encoding="utf-8"))
+
+
+@cache
+def code_version(method: str) -> str:
+    """Short hash of the code behind a method's figures; comments and docstrings do not count."""
+    left_out = _WITHOUT_EFFECT + (() if method == "optimise" else _OPTIMISER_ONLY)
+    total = hashlib.sha256()
+    for file in [*sorted(_PACKAGE.rglob("*.py")), Path(__file__).with_name("scores.py")]:
+        inside = file.relative_to(_PACKAGE).as_posix() if _PACKAGE in file.parents else file.name
+        if not inside.startswith(left_out):
+            total.update(inside.encode() + _code_of(file))
+    return total.hexdigest()[:10]
+
+
+def _code_of(file: Path) -> bytes:
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        if isinstance(body, list):  # Strings that stand alone are docstrings.
+            node.body = [s for s in body if not _is_text(s)]  # type: ignore[attr-defined]
+    return ast.dump(tree).encode()
+
+
+def _is_text(statement: ast.AST) -> bool:
+    return (
+        isinstance(statement, ast.Expr)
+        and isinstance(statement.value, ast.Constant)
+        and isinstance(statement.value.value, str)
+    )

@@ -1,0 +1,128 @@
+"""Compute cells: one group (motion, profile, seed) at a time, so that it is simulated once.
+
+Groups of one worker run in one process, where they share compiled programs.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import multiprocessing
+import traceback
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from vlasic2007.cells import Cell, Store
+
+Group = list[Cell]
+Report = Callable[[Cell, str], None]
+"""Called after each cell with what went wrong (empty if nothing did)."""
+
+
+def groups(cells: list[Cell]) -> list[Group]:
+    """Cells by recording; within one, by sensors: an optimiser starts from its smoothed filter."""
+    found: dict[tuple, Group] = {}
+    for cell in cells:
+        found.setdefault((cell.motion, cell.profile, cell.seed), []).append(cell)
+    return list(found.values())
+
+
+def run_group(group: Group, store: Store, report: Report) -> None:
+    """Compute the cells of one recording and keep each as soon as it is done."""
+    import mocap_jax as mj
+    from vlasic2007.scores import scores_of
+
+    first = group[0]
+    try:
+        motion = load(first.motion, first.cut)
+        recording = mj.simulate(motion, profile=first.profile, seed=first.seed)
+    except mj.MocapError as error:
+        for cell in group:
+            report(cell, str(error))
+        return
+    for cell, solution in _estimates(group, recording):
+        try:
+            store.write(cell, scores_of(solution(), recording))
+            report(cell, "")
+        except Exception as error:  # One estimate that fails must not cost the night's others.
+            traceback.print_exc()
+            report(cell, str(error) or type(error).__name__)
+
+
+def _estimates(group: Group, recording: Any) -> Iterator[tuple[Cell, Callable[[], Any]]]:
+    """A function that makes the estimate of each cell; smoothed ones serve as starts."""
+    smoothed: dict[str, Any] = {}
+
+    def make(cell: Cell) -> Any:
+        if cell.method == "smoothed" or cell.method == "optimise" and cell.kinds not in smoothed:
+            smoothed.clear()
+            smoothed[cell.kinds] = estimate(recording, "smoothed", cell.kinds)
+        if cell.method == "smoothed":
+            return smoothed[cell.kinds]
+        return estimate(recording, cell.method, cell.kinds, smoothed.get(cell.kinds))
+
+    for cell in group:
+        yield cell, lambda cell=cell: make(cell)
+
+
+def estimate(recording: Any, method: str, kinds: str, initial: Any = None) -> Any:
+    """Estimate by one of `METHODS`, with the recorded root pose."""
+    import mocap_jax as mj
+
+    if method == "optimise":
+        options = mj.OptimiseOptions(kinds=kinds, root="given")
+        return mj.optimise(recording, initial=initial, options=options)
+    process = "paper" if method == "ekf_paper" else "white_jerk"
+    return mj.ekf(
+        recording,
+        options=mj.EkfOptions(
+            kinds=kinds, root="given", process=process, smooth=method == "smoothed"
+        ),
+    )
+
+
+def load(name: str, cut: float | None) -> Any:
+    """A built-in motion or a motion file, or its first seconds."""
+    import mocap_jax as mj
+
+    motion = mj.builtin_motion(name) if name in mj.BUILTIN_MOTIONS else mj.load_motion(name)
+    if cut is None:
+        return motion
+    path = motion.trajectory
+    keep = int((path.time <= path.time[0] + cut).sum())
+    velocity = None if path.v is None else path.v[:keep]
+    shorter = dataclasses.replace(path, time=path.time[:keep], q=path.q[:keep], v=velocity)
+    return dataclasses.replace(motion, trajectory=shorter)
+
+
+def run_all(cells: list[Cell], store: Store, workers: int, report: Report) -> None:
+    """Compute all cells that the store lacks, in one or several processes."""
+    wanted = groups([cell for cell in cells if not store.has(cell)])
+    if workers == 1 or len(wanted) < 2:
+        for group in wanted:
+            run_group(group, store, report)
+        return
+    context = multiprocessing.get_context("spawn")
+    done = context.Queue()
+    with context.Pool(workers, _start_worker, (done, store.folder)) as pool:
+        pending = pool.map_async(_work, wanted, chunksize=1)
+        missing = sum(len(group) for group in wanted)
+        while missing:
+            cell, failure = done.get()
+            report(cell, failure)
+            missing -= 1
+        pending.get()
+
+
+_worker: dict[str, Any] = {}
+
+
+def _start_worker(done: Any, folder: Path) -> None:
+    from mocap_jax.cli.main import prepare_process
+
+    prepare_process()
+    _worker.update(done=done, store=Store(folder))
+
+
+def _work(group: Group) -> None:
+    run_group(group, _worker["store"], lambda cell, failure: _worker["done"].put((cell, failure)))
