@@ -143,9 +143,11 @@ def minimise(
             damping, growth, raised = max(damping * growth, 1e-6), growth * _GROWTH, True
             continue
         decrease = _predicted_decrease(equations, step, constants, damping)
+        before = equations.cost
+        del equations  # the next ones are as large
         candidate = problem.move(state, step, constants)
         cost = problem.cost(candidate)
-        gain = (equations.cost - cost) / max(decrease, 1e-300)
+        gain = (before - cost) / max(decrease, 1e-300)
         small = np.sqrt(2 * max(decrease, 0.0) / problem.unknowns) < options.tolerance
         accepted = np.isfinite(cost) and (gain > 1e-4 or options.gauss_newton)
         if accepted:

@@ -6,7 +6,8 @@ The matrix is block-banded in time with a dense border of constant unknowns,
     [ B' C  ]      B: t blocks of size d x m;  C: m x m
 
 and is factored as H = U'U frame by frame with BLAS-3 calls (left-looking), the Schur complement
-C - B'H^-1 B being accumulated on the way; U'^-1 B is not kept.
+C - B'H^-1 B being accumulated on the way. U'^-1 B, as large as H itself, is not kept: who needs it
+again has it recomputed, a stretch of frames at a time, from the few blocks kept in between.
 
 Layout: a JAX array of blocks in C order is, read as Fortran order, its transpose. So row-stacked
 lower blocks `(t, (b+1) d, d)` become column-stacked upper blocks `d x (b+1) d` without a copy.
@@ -15,7 +16,7 @@ Many small BLAS calls on two busy threads are far slower than on one: threads ar
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,9 @@ from scipy.linalg import blas, lapack
 from threadpoolctl import ThreadpoolController
 
 from mocap_jax.errors import SolveError
+
+# Frames between the blocks of U'^-1 B that are kept.
+_STRETCH = 128
 
 # Looking for the libraries takes a millisecond: once, after SciPy has loaded them.
 _BLAS = ThreadpoolController()
@@ -39,6 +43,9 @@ class ArrowFactor:
     """(t, (b + 1) d, d): blocks U_kk', U_k(k+1)', ..., U_k(k+b)' of each frame."""
     corner: np.ndarray
     """(m, m) upper Cholesky factor of the Schur complement C - B'H^-1 B."""
+    kept: tuple[list[np.ndarray], ...] = ()
+    """At the start of every stretch of frames, the blocks of U'^-1 B just before it (latest
+    first), each d x m; empty without a border."""
 
     @property
     def frames(self) -> int:
@@ -81,6 +88,7 @@ def factor(
     schur += damping * np.eye(len(schur))
     diagonal = np.arange(d)
     recent: list[np.ndarray] = []
+    kept: list[list[np.ndarray]] = []
     with _BLAS.limit(limits=1, user_api="blas"):
         for k in range(t):
             panels[k, diagonal, diagonal] += damping
@@ -91,6 +99,8 @@ def factor(
                 raise SolveError(f"the normal equations are singular at frame {k} of {t}")
             blas.dtrsm(1.0, upper[:, :d], upper[:, d:], side=0, lower=0, trans_a=1, overwrite_b=1)
             if border is not None:
+                if k % _STRETCH == 0:
+                    kept.append(recent)
                 eliminated = _eliminate_border(panels, k, b, d, border(k), recent)
                 schur = blas.dsyrk(-1.0, eliminated, 1.0, schur, trans=1, lower=0, overwrite_c=1)
                 recent = [eliminated, *recent[: b - 1]]
@@ -99,7 +109,7 @@ def factor(
     chol, info = lapack.dpotrf(schur, lower=0, clean=1)
     if info:
         raise SolveError("the data do not determine the constant unknowns (singular border)")
-    return ArrowFactor(panels, chol)
+    return ArrowFactor(panels, chol, tuple(kept))
 
 
 def _eliminate_earlier(panels: np.ndarray, k: int, b: int, d: int, target: np.ndarray) -> None:
@@ -235,22 +245,32 @@ def marginals(f: ArrowFactor, border: BorderBlocks | None = None) -> np.ndarray:
 
 def _add_border_covariance(f: ArrowFactor, border: BorderBlocks, out: np.ndarray) -> None:
     """Add X S^-1 X' with X = H^-1 B: what not knowing the constants adds to each frame."""
-    t, d, b = f.frames, f.block, f.half_bandwidth
-    m = len(f.corner)
-    coupled = np.empty((t, m, d))
-    recent: list[np.ndarray] = []
+    d, b = f.block, f.half_bandwidth
+    following: list[np.ndarray] = []
     with _BLAS.limit(limits=1, user_api="blas"):
-        for k in range(t):
-            coupled[k] = _eliminate_border(f.panels, k, b, d, border(k), recent).T
-            recent = [coupled[k].T, *recent[: b - 1]]
-        for k in range(t - 1, -1, -1):
-            x = coupled[k].T
-            for j in range(1, min(b, t - 1 - k) + 1):
+        for k, x in _eliminated_backwards(f, border):
+            for j, later in enumerate(following[:b], start=1):
                 coupling = f.panels[k].T[:, j * d : (j + 1) * d]
-                blas.dgemm(-1.0, coupling, coupled[k + j].T, 1.0, x, overwrite_c=1)
+                blas.dgemm(-1.0, coupling, later, 1.0, x, overwrite_c=1)
             blas.dtrsm(1.0, f.panels[k].T[:, :d], x, side=0, lower=0, overwrite_b=1)
             whitened = blas.dtrsm(1.0, f.corner, x, side=1, lower=0)
             out[k] += whitened @ whitened.T
+            following = [x, *following[: b - 1]]
+
+
+def _eliminated_backwards(
+    f: ArrowFactor, border: BorderBlocks
+) -> Iterator[tuple[int, np.ndarray]]:
+    """The blocks of U'^-1 B from the last frame to the first, recomputed stretch by stretch."""
+    for i in range(len(f.kept) - 1, -1, -1):
+        first, recent, blocks = i * _STRETCH, f.kept[i], []
+        for k in range(first, min(first + _STRETCH, f.frames)):
+            blocks.append(
+                _eliminate_border(f.panels, k, f.half_bandwidth, f.block, border(k), recent)
+            )
+            recent = [blocks[-1], *recent[: f.half_bandwidth - 1]]
+        while blocks:
+            yield first + len(blocks) - 1, blocks.pop()
 
 
 def sample(
