@@ -116,7 +116,8 @@ def prepare(
     )
     statistics = InnovationStatistics(data, body, range_sites)
     return FilterRun(
-        jax.tree.map(cast, rest.mounted(body)),
+        # The model's text would be part of the compilation key.
+        jax.tree.map(cast, dataclasses.replace(rest.mounted(body), xml="")),
         model,
         jax.tree.map(cast, _parameters(recording, body, options, rest, float(data.step))),
         jax.tree.map(cast, _start(body, options, rest, _seen(body, rest, recording))),

@@ -25,6 +25,7 @@ from mocap_jax.estimate.sequence.adapt import (
     prior_information,
     re_estimate,
 )
+from mocap_jax.estimate.sequence.compile_ahead import CompileAhead
 from mocap_jax.estimate.sequence.layout import CONSTANTS_PER_SENSOR
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State, constant_values
 from mocap_jax.estimate.sequence.statistics import residual_statistics
@@ -81,10 +82,6 @@ def optimise(
     with clock:
         body = body_of(recording, body)
         root_given = uses_root(recording, options.root)
-        if initial is None and options.initial == "orientation":
-            initial = _orientation_pass(recording, body, options, progress=progress)
-        elif initial is None:
-            initial = first_guess(recording, body, options, progress=progress)
         data = gather(
             recording, body, kinds=options.kinds, root=root_given, rate_hz=options.rate_hz
         )
@@ -92,6 +89,10 @@ def optimise(
             data, body, recording.setup, options, root_given=root_given, user_data=user_data
         )
         run = _Run(body, data, built, options, root_given=root_given)
+        if initial is None:
+            programs = CompileAhead(run.problem)
+            initial = _initial(recording, body, options, progress=progress)
+            programs.wait()
         state = State(on_grid(initial, body, data.time), constants_from(initial, data.sensors))
         solution = run.solve(state, recording, root_given=root_given, progress=progress)
     seconds = time.perf_counter() - begin
@@ -101,6 +102,14 @@ def optimise(
     if throw and not solution.status.ok:
         raise SolveError(solution.status.value)
     return solution
+
+
+def _initial(
+    recording: Recording, body: Body, options: OptimiseOptions, *, progress: bool
+) -> Solution:
+    """The initial guess that the options name."""
+    make = _orientation_pass if options.initial == "orientation" else first_guess
+    return make(recording, body, options, progress=progress)
 
 
 def _orientation_pass(

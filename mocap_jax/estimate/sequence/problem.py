@@ -21,12 +21,11 @@ from mocap_jax.body import Body, retract
 from mocap_jax.errors import SolveError
 from mocap_jax.estimate.sequence.assemble import (
     ChunkSystem,
+    ChunkValues,
     assemble_chunk,
     chunk_border,
-    chunk_cost,
-    chunk_gate,
-    chunk_residuals,
     cut,
+    evaluate_chunk,
     pad_frames,
 )
 from mocap_jax.estimate.sequence.layout import (
@@ -92,13 +91,19 @@ class SequenceProblem:
         self.chunks = -(-self.frames // layout.chunk)
         self.dtype = dtype = dtype or np.dtype(np.float64)
         self.layout = layout
-        self.body = _cast(body, dtype)
+        # The model's text would be part of the compilation key.
+        self.body = _cast(dataclasses.replace(body, xml=""), dtype)
         self.weights = _cast(weights, dtype)
         self.prior_information = prior_information
         self._terms = self._pad(terms)
         self._cuts: list[Terms] | None = None
         self._lower: np.ndarray | None = None
         self._retract = jax.jit(jax.vmap(lambda a, d: retract(layout.topology, a, d)))
+
+    @property
+    def program(self) -> tuple[object, ...]:
+        """What the traced functions are compiled for."""
+        return self.layout, self.dtype, self._terms.range_distance.shape[1]
 
     @property
     def unknowns(self) -> int:
@@ -136,18 +141,23 @@ class SequenceProblem:
         q = pad_frames(np.asarray(state.q, self.dtype), self.layout, self.chunks, 0, edge=True)
         constants = _cast(state.constants, self.dtype)
         if self._cuts is None:
-            self._cuts = [
-                _cast(cut(self._terms, self.layout, i), self.dtype) for i in range(self.chunks)
-            ]
+            self._cuts = [self.chunk_terms(i) for i in range(self.chunks)]
         for i, terms in enumerate(self._cuts):
             first = i * self.layout.chunk
             rows = q[first : first + self.layout.chunk + 2 * self.layout.halo]
             yield self.body, rows, constants, terms
 
+    def chunk_terms(self, index: int) -> Terms:
+        """Measurements of one chunk with its halo, as the traced functions take them."""
+        return _cast(cut(self._terms, self.layout, index), self.dtype)
+
+    def _values(self, state: State) -> list[ChunkValues]:
+        return [evaluate_chunk(self.layout, *a, self.weights) for a in self._inputs(state)]
+
     def cost(self, state: State) -> float:
         """Half the sum of robust squared whitened residuals, priors included."""
-        parts = [chunk_cost(self.layout, *a, self.weights) for a in self._inputs(state)]
-        return float(sum(float(p) for p in parts)) + self._prior(state.constants)[0]
+        parts = self._values(state)
+        return float(sum(float(p.cost) for p in parts)) + self._prior(state.constants)[0]
 
     def linearise(self, state: State) -> NormalEquations:
         """Cost, gradient and block-banded normal equations at a state."""
@@ -257,12 +267,12 @@ class SequenceProblem:
 
     def gate(self, state: State) -> np.ndarray:
         """The gate w_a of every range at a state, (t, k)."""
-        parts = [np.asarray(chunk_gate(self.layout, *a)) for a in self._inputs(state)]
+        parts = [np.asarray(v.gate) for v in self._values(state)]
         return np.concatenate(parts)[: self.frames]
 
     def residuals(self, state: State) -> dict[str, np.ndarray]:
         """Plain measurement residuals by kind, (t, s, 3) and (t, k)."""
-        parts = [chunk_residuals(self.layout, *a, self.weights) for a in self._inputs(state)]
+        parts = [v.residuals for v in self._values(state)]
         return {
             kind: np.concatenate([np.asarray(p[kind]) for p in parts])[: self.frames]
             for kind in parts[0]
