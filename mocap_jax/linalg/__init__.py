@@ -3,6 +3,7 @@
 from mocap_jax.linalg.arrow import (
     ArrowFactor,
     BorderBlocks,
+    Factoring,
     backward,
     corner_covariance,
     factor,
@@ -17,7 +18,7 @@ from mocap_jax.linalg.refine import refine, shifted_factor
 from mocap_jax.linalg.scan import ScanFactor, scan_factor, scan_solve
 
 __all__ = [
-    "ArrowFactor", "BorderBlocks", "ScanFactor", "backward", "corner_covariance", "factor",
-    "forward", "marginals", "refine", "sample", "scan_factor", "scan_solve", "shifted_factor",
+    "ArrowFactor", "BorderBlocks", "Factoring", "ScanFactor", "backward", "corner_covariance",
+    "factor", "forward", "marginals", "refine", "sample", "scan_factor", "scan_solve", "shifted_factor",
     "solve", "solve_banded", "solve_corner",
 ]  # fmt: skip

@@ -60,6 +60,80 @@ class ArrowFactor:
         return self.panels.shape[1] // self.block - 1
 
 
+class Factoring:
+    """A factorisation under way: frames are factored as soon as their blocks are known."""
+
+    def __init__(
+        self,
+        lower: np.ndarray,
+        border: BorderBlocks | None = None,
+        *,
+        damping: float = 0.0,
+        overwrite: bool = False,
+    ) -> None:
+        """Arguments as for `factor`; rows of `lower` may be filled in later if `overwrite`."""
+        t, width, d, _ = lower.shape
+        self.done = 0
+        """Frames factored so far."""
+        self._panels = (lower if overwrite else lower.copy()).reshape(t, width * d, d)
+        self._border, self._damping = border, damping
+        self._schur = np.zeros((0, 0))
+        """- B'H^-1 B over these frames."""
+        self._recent: list[np.ndarray] = []
+        self._kept: list[list[np.ndarray]] = []
+
+    def advance(self, stop: int) -> None:
+        """Factor the frames before `stop`.
+
+        Raises:
+            SolveError: the matrix is not positive definite; the text says where.
+        """
+        t, rows, d = self._panels.shape
+        b, diagonal = rows // d - 1, np.arange(d)
+        with _BLAS.limit(limits=1, user_api="blas"):
+            for k in range(self.done, stop):
+                self._panels[k, diagonal, diagonal] += self._damping
+                upper = self._panels[k].T
+                _eliminate_earlier(self._panels, k, b, d, upper)
+                _, info = lapack.dpotrf(upper[:, :d], lower=0, clean=1, overwrite_a=1)
+                if info:
+                    raise SolveError(f"the normal equations are singular at frame {k} of {t}")
+                blas.dtrsm(
+                    1.0, upper[:, :d], upper[:, d:], side=0, lower=0, trans_a=1, overwrite_b=1
+                )
+                if self._border is not None:
+                    self._eliminate_border(k, b, d, self._border(k))
+        self.done = max(stop, self.done)
+
+    def _eliminate_border(self, k: int, b: int, d: int, block: np.ndarray) -> None:
+        if k % _STRETCH == 0:
+            self._kept.append(self._recent)
+        if not len(self._schur):
+            self._schur = np.zeros((len(block), len(block)), order="F")
+        eliminated = _eliminate_border(self._panels, k, b, d, block, self._recent)
+        self._schur = blas.dsyrk(
+            -1.0, eliminated, 1.0, self._schur, trans=1, lower=0, overwrite_c=1
+        )
+        self._recent = [eliminated, *self._recent[: b - 1]]
+
+    def finish(self, corner: np.ndarray | None = None) -> ArrowFactor:
+        """Factor what is left.
+
+        Raises:
+            SolveError: as `advance`, or the constants are not determined.
+        """
+        self.advance(len(self._panels))
+        if corner is None or not len(corner):
+            return ArrowFactor(self._panels, np.zeros((0, 0)))
+        schur = corner + self._damping * np.eye(len(corner))
+        if self._border is not None:
+            schur += self._schur
+        chol, info = lapack.dpotrf(schur, lower=0, clean=1)
+        if info:
+            raise SolveError("the data do not determine the constant unknowns (singular border)")
+        return ArrowFactor(self._panels, chol, tuple(self._kept))
+
+
 def factor(
     lower: np.ndarray,
     corner: np.ndarray | None = None,
@@ -81,35 +155,7 @@ def factor(
     Raises:
         SolveError: the matrix is not positive definite; the text says where.
     """
-    t, width, d, _ = lower.shape
-    b = width - 1
-    panels = (lower if overwrite else lower.copy()).reshape(t, width * d, d)
-    schur = np.zeros((0, 0)) if corner is None else np.array(corner, order="F")
-    schur += damping * np.eye(len(schur))
-    diagonal = np.arange(d)
-    recent: list[np.ndarray] = []
-    kept: list[list[np.ndarray]] = []
-    with _BLAS.limit(limits=1, user_api="blas"):
-        for k in range(t):
-            panels[k, diagonal, diagonal] += damping
-            upper = panels[k].T
-            _eliminate_earlier(panels, k, b, d, upper)
-            _, info = lapack.dpotrf(upper[:, :d], lower=0, clean=1, overwrite_a=1)
-            if info:
-                raise SolveError(f"the normal equations are singular at frame {k} of {t}")
-            blas.dtrsm(1.0, upper[:, :d], upper[:, d:], side=0, lower=0, trans_a=1, overwrite_b=1)
-            if border is not None:
-                if k % _STRETCH == 0:
-                    kept.append(recent)
-                eliminated = _eliminate_border(panels, k, b, d, border(k), recent)
-                schur = blas.dsyrk(-1.0, eliminated, 1.0, schur, trans=1, lower=0, overwrite_c=1)
-                recent = [eliminated, *recent[: b - 1]]
-    if not len(schur):
-        return ArrowFactor(panels, schur)
-    chol, info = lapack.dpotrf(schur, lower=0, clean=1)
-    if info:
-        raise SolveError("the data do not determine the constant unknowns (singular border)")
-    return ArrowFactor(panels, chol, tuple(kept))
+    return Factoring(lower, border, damping=damping, overwrite=overwrite).finish(corner)
 
 
 def _eliminate_earlier(panels: np.ndarray, k: int, b: int, d: int, target: np.ndarray) -> None:

@@ -39,6 +39,20 @@ def test_border_covariance_across_stretches_equals_dense(random_arrow, monkeypat
         np.testing.assert_allclose(found, inverse[k, :, k], rtol=1e-9, atol=1e-12)
 
 
+def test_factoring_in_pieces_as_blocks_arrive(random_arrow) -> None:
+    _, lower, corner, border = random_arrow(9, 3, 2, 4)
+    whole = linalg.factor(lower, corner, lambda k: border[k], damping=0.1)
+    arriving = np.full_like(lower, np.nan)
+    pieces = linalg.Factoring(arriving, lambda k: border[k], damping=0.1, overwrite=True)
+    for stop in (4, 6):
+        arriving[pieces.done : stop] = lower[pieces.done : stop]
+        pieces.advance(stop)
+    arriving[6:] = lower[6:]
+    found = pieces.finish(corner)
+    np.testing.assert_array_equal(found.corner, whole.corner)
+    np.testing.assert_array_equal(found.panels[:-2], whole.panels[:-2])
+
+
 def test_damping_adds_to_the_diagonal(random_arrow) -> None:
     dense, lower, corner, border = random_arrow(5, 3, 2, 2)
     f = linalg.factor(lower, corner, lambda k: border[k], damping=0.7)

@@ -36,7 +36,7 @@ from mocap_jax.estimate.sequence.layout import (
     Weights,
 )
 from mocap_jax.estimate.sequence.model_gradient import model_gradient
-from mocap_jax.least_squares import NormalEquations
+from mocap_jax.least_squares import Follow, NormalEquations
 
 
 @dataclass(frozen=True)
@@ -159,13 +159,20 @@ class SequenceProblem:
         parts = self._values(state)
         return float(sum(float(p.cost) for p in parts)) + self._prior(state.constants)[0]
 
-    def linearise(self, state: State) -> NormalEquations:
-        """Cost, gradient and block-banded normal equations at a state."""
+    def linearise(self, state: State, follow: Follow | None = None) -> NormalEquations:
+        """Cost, gradient and block-banded normal equations at a state.
+
+        Args:
+            state: poses and constants.
+            follow: called with the blocks of the chunks that are done, while the next is computed.
+        """
         width, nv = self.layout.half_bandwidth + 1, self.layout.topology.nv
         if self._lower is None:
             self._lower = np.empty((self.chunks * self.layout.chunk, width, nv, nv))
         gradient = np.empty((self.chunks * self.layout.chunk, nv))
         compact: list[tuple[np.ndarray, ...]] = []
+        lower = self._lower[: self.frames]
+        border = Border(self.layout, compact) if self.layout.use_border else None
         sensors = len(self.layout.sites)
         n = CONSTANTS_PER_SENSOR
         corner, slope, cost = np.zeros((sensors, n, n)), np.zeros((sensors, n)), 0.0
@@ -179,12 +186,13 @@ class SequenceProblem:
             compact.append(
                 (np.asarray(out.border), np.asarray(out.screws), np.asarray(out.range_border))
             )
+            if follow is not None:
+                follow(lower, border, min(rows.stop, self.frames))
         prior_cost, prior_slope, prior_square = self._prior(state.constants)
-        lower, gradient = self._lower[: self.frames], gradient[: self.frames]
+        gradient = gradient[: self.frames]
         if not self.layout.use_border:
             return NormalEquations(cost, lower, gradient, None, np.zeros(0), None)
         dense = _block_diagonal(corner + prior_square)
-        border = Border(self.layout, compact)
         return NormalEquations(
             cost + prior_cost, lower, gradient, dense, (slope + prior_slope).ravel(), border
         )
