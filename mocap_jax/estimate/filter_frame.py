@@ -107,9 +107,7 @@ def _taking_in(
     return branch
 
 
-def _no_innovations(
-    branches: list[_Branch], body: Body, state: State
-) -> dict[str, Innovation]:
+def _no_innovations(branches: list[_Branch], body: Body, state: State) -> dict[str, Innovation]:
     """Zeros in the shapes of what the updates return."""
     out: dict[str, Innovation] = {}
     for branch in branches:

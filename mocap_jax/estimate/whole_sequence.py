@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from functools import partial
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 from tqdm import tqdm
 
 from mocap_jax import linalg
-from mocap_jax.body import Body, Topology, difference
+from mocap_jax.body import Body
 from mocap_jax.errors import InputError, SolveError
+from mocap_jax.estimate.central_velocity import central_velocity
 from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.estimate.initial_guess import at_rest, constants_from, first_guess, on_grid
 from mocap_jax.estimate.inputs import body_of, gauge_remarks, uses_root
@@ -264,18 +262,6 @@ class _Run:
     def _velocity(self, state: State) -> np.ndarray:
         """Central differences of the poses, in the tangent space."""
         return central_velocity(self.body, state.q, float(self.data.step))
-
-
-@partial(jax.jit, static_argnums=0)
-def _central_velocity(topology: Topology, poses: jax.Array, step: float) -> jax.Array:
-    steps = jax.vmap(lambda a, b: difference(topology, a, b))(poses[:-1], poses[1:]) / step
-    inner = 0.5 * (steps[:-1] + steps[1:])
-    return jnp.concatenate([steps[:1], inner, steps[-1:]])
-
-
-def central_velocity(body: Body, q: np.ndarray, step: float) -> np.ndarray:
-    """Velocities (t, nv) of poses on a uniform grid, by central differences."""
-    return np.asarray(_central_velocity(body.topology, jnp.asarray(q), step))
 
 
 def _undetermined(reason: str, *, root_given: bool) -> str:

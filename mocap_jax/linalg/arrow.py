@@ -16,7 +16,7 @@ Many small BLAS calls on two busy threads are far slower than on one: threads ar
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,10 +26,10 @@ from threadpoolctl import ThreadpoolController
 from mocap_jax.errors import SolveError
 
 # Frames between the blocks of U'^-1 B that are kept.
-_STRETCH = 128
+STRETCH = 128
 
 # Looking for the libraries takes a millisecond: once, after SciPy has loaded them.
-_BLAS = ThreadpoolController()
+BLAS = ThreadpoolController()
 
 BorderBlocks = Callable[[int], np.ndarray]
 """Frame index -> that frame's block of B', shape (m, d), C order."""
@@ -46,6 +46,8 @@ class ArrowFactor:
     kept: tuple[list[np.ndarray], ...] = ()
     """At the start of every stretch of frames, the blocks of U'^-1 B just before it (latest
     first), each d x m; empty without a border."""
+    stretch: int = STRETCH
+    """Frames from one of these to the next."""
 
     @property
     def frames(self) -> int:
@@ -90,7 +92,7 @@ class Factoring:
         """
         t, rows, d = self._panels.shape
         b, diagonal = rows // d - 1, np.arange(d)
-        with _BLAS.limit(limits=1, user_api="blas"):
+        with BLAS.limit(limits=1, user_api="blas"):
             for k in range(self.done, stop):
                 self._panels[k, diagonal, diagonal] += self._damping
                 upper = self._panels[k].T
@@ -106,11 +108,11 @@ class Factoring:
         self.done = max(stop, self.done)
 
     def _eliminate_border(self, k: int, b: int, d: int, block: np.ndarray) -> None:
-        if k % _STRETCH == 0:
+        if k % STRETCH == 0:
             self._kept.append(self._recent)
         if not len(self._schur):
             self._schur = np.zeros((len(block), len(block)), order="F")
-        eliminated = _eliminate_border(self._panels, k, b, d, block, self._recent)
+        eliminated = eliminate_border(self._panels, k, b, d, block, self._recent)
         self._schur = blas.dsyrk(
             -1.0, eliminated, 1.0, self._schur, trans=1, lower=0, overwrite_c=1
         )
@@ -131,7 +133,7 @@ class Factoring:
         chol, info = lapack.dpotrf(schur, lower=0, clean=1)
         if info:
             raise SolveError("the data do not determine the constant unknowns (singular border)")
-        return ArrowFactor(self._panels, chol, tuple(self._kept))
+        return ArrowFactor(self._panels, chol, tuple(self._kept), STRETCH)
 
 
 def factor(
@@ -169,7 +171,7 @@ def _eliminate_earlier(panels: np.ndarray, k: int, b: int, d: int, target: np.nd
         )  # fmt: skip
 
 
-def _eliminate_border(
+def eliminate_border(
     panels: np.ndarray, k: int, b: int, d: int, block: np.ndarray, recent: list[np.ndarray]
 ) -> np.ndarray:
     """Block k of U'^-1 B, given those of the frames just before (latest first)."""
@@ -184,7 +186,7 @@ def forward(f: ArrowFactor, rhs: np.ndarray) -> np.ndarray:
     """Solve U'y = rhs for H = U'U; rhs of shape (t, d) or (t, d, n)."""
     t, d, b = f.frames, f.block, f.half_bandwidth
     y = np.array(rhs, float)
-    with _BLAS.limit(limits=1, user_api="blas"):
+    with BLAS.limit(limits=1, user_api="blas"):
         for k in range(t):
             for j in range(1, min(b, k) + 1):
                 y[k] -= f.panels[k - j, j * d : (j + 1) * d] @ y[k - j]
@@ -196,7 +198,7 @@ def backward(f: ArrowFactor, rhs: np.ndarray) -> np.ndarray:
     """Solve U x = rhs for H = U'U; rhs of shape (t, d) or (t, d, n)."""
     t, d, b = f.frames, f.block, f.half_bandwidth
     x = np.array(rhs, float)
-    with _BLAS.limit(limits=1, user_api="blas"):
+    with BLAS.limit(limits=1, user_api="blas"):
         for k in range(t - 1, -1, -1):
             reach = min(b, t - 1 - k)
             if reach:
@@ -250,73 +252,6 @@ def corner_covariance(f: ArrowFactor) -> np.ndarray:
     """Covariance of the constant unknowns: the inverse of the Schur complement, (m, m)."""
     m = len(f.corner)
     return solve_corner(f, np.eye(m)) if m else np.zeros((0, 0))
-
-
-def marginals(f: ArrowFactor, border: BorderBlocks | None = None) -> np.ndarray:
-    """Marginal covariance of every frame by selected inversion.
-
-    Takahashi's recursion in square-root form: the covariance of b successive frames is carried as
-    R'R and extended backwards by one frame with a QR factorisation. The plain recursion overflows
-    when well and badly determined unknowns meet.
-
-    Args:
-        f: the factor of the information matrix.
-        border: the same blocks of B' that were factored, if any.
-
-    Returns:
-        (t, d, d), the diagonal blocks of the inverse of the whole arrow matrix.
-    """
-    t, d, b = f.frames, f.block, f.half_bandwidth
-    out = np.empty((t, d, d))
-    root = np.zeros((0, 0))
-    eye = np.eye(d, order="F")
-    with _BLAS.limit(limits=1, user_api="blas"):
-        for k in range(t - 1, -1, -1):
-            reach = len(root) // d
-            inverse = blas.dtrsm(1.0, f.panels[k, :d].T, eye, side=0, lower=0)
-            # Rows: independent unit deviations; columns: frame k, then the frames after it.
-            spread = np.zeros(((reach + 1) * d, min(reach + 1, b) * d), order="F")
-            spread[:d, :d] = inverse.T
-            if reach:
-                gain = blas.dtrmm(1.0, inverse, f.panels[k, d : (reach + 1) * d].T, lower=0)
-                spread[d:, :d] = -root @ gain.T
-                spread[d:, d:] = root[:, : spread.shape[1] - d]
-            triangle, _, _, _ = lapack.dgeqrf(spread, overwrite_a=1)
-            root = np.triu(triangle[: spread.shape[1]])
-            out[k] = root[:d, :d].T @ root[:d, :d]
-    if border is not None:
-        _add_border_covariance(f, border, out)
-    return out
-
-
-def _add_border_covariance(f: ArrowFactor, border: BorderBlocks, out: np.ndarray) -> None:
-    """Add X S^-1 X' with X = H^-1 B: what not knowing the constants adds to each frame."""
-    d, b = f.block, f.half_bandwidth
-    following: list[np.ndarray] = []
-    with _BLAS.limit(limits=1, user_api="blas"):
-        for k, x in _eliminated_backwards(f, border):
-            for j, later in enumerate(following[:b], start=1):
-                coupling = f.panels[k].T[:, j * d : (j + 1) * d]
-                blas.dgemm(-1.0, coupling, later, 1.0, x, overwrite_c=1)
-            blas.dtrsm(1.0, f.panels[k].T[:, :d], x, side=0, lower=0, overwrite_b=1)
-            whitened = blas.dtrsm(1.0, f.corner, x, side=1, lower=0)
-            out[k] += whitened @ whitened.T
-            following = [x, *following[: b - 1]]
-
-
-def _eliminated_backwards(
-    f: ArrowFactor, border: BorderBlocks
-) -> Iterator[tuple[int, np.ndarray]]:
-    """The blocks of U'^-1 B from the last frame to the first, recomputed stretch by stretch."""
-    for i in range(len(f.kept) - 1, -1, -1):
-        first, recent, blocks = i * _STRETCH, f.kept[i], []
-        for k in range(first, min(first + _STRETCH, f.frames)):
-            blocks.append(
-                _eliminate_border(f.panels, k, f.half_bandwidth, f.block, border(k), recent)
-            )
-            recent = [blocks[-1], *recent[: f.half_bandwidth - 1]]
-        while blocks:
-            yield first + len(blocks) - 1, blocks.pop()
 
 
 def sample(

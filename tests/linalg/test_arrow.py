@@ -31,7 +31,7 @@ def test_solve_and_covariance_equal_dense(t: int, d: int, b: int, m: int, random
 
 
 def test_border_covariance_across_stretches_equals_dense(random_arrow, monkeypatch) -> None:
-    monkeypatch.setattr(arrow, "_STRETCH", 3)
+    monkeypatch.setattr(arrow, "STRETCH", 3)
     dense, lower, corner, border = random_arrow(10, 3, 2, 4)
     f = linalg.factor(lower, corner, lambda k: border[k])
     inverse = np.linalg.inv(dense)[:30, :30].reshape(10, 3, 10, 3)

@@ -23,11 +23,11 @@ from mocap_jax.estimate.sequence.assemble import (
     ChunkSystem,
     ChunkValues,
     assemble_chunk,
-    chunk_border,
     cut,
     evaluate_chunk,
     pad_frames,
 )
+from mocap_jax.estimate.sequence.border import Border
 from mocap_jax.estimate.sequence.layout import (
     CONSTANTS_PER_SENSOR,
     Constants,
@@ -45,23 +45,6 @@ class State:
 
     q: Float[np.ndarray, "t nq"]
     constants: Constants
-
-
-class Border:
-    """Blocks of B' by frame, made chunk by chunk when asked for in order."""
-
-    def __init__(self, layout: Layout, compact: list[tuple[np.ndarray, ...]]) -> None:
-        self._layout = layout
-        self._compact = compact
-        self._chunk = -1
-        self._blocks = np.zeros((0, 0, 0))
-
-    def __call__(self, k: int) -> np.ndarray:
-        index, row = divmod(k, self._layout.chunk)
-        if index != self._chunk:
-            self._blocks = np.asarray(chunk_border(self._layout, *self._compact[index]))
-            self._chunk = index
-        return self._blocks[row]
 
 
 class SequenceProblem:
