@@ -75,8 +75,12 @@ def solve(
         return ekf(recording, body, options=filtering, progress=progress)
     from mocap_jax.estimate import OptimiseOptions, optimise
 
-    smoothing = EkfOptions(kinds=kinds, root=root, process=process, smooth=True)
-    initial = ekf(recording, body, options=smoothing, progress=progress)
+    initial = None
+    if process != "white_jerk":
+        smoothing = EkfOptions(
+            kinds=kinds, root=root, process=process, smooth=True, covariance=False
+        )
+        initial = ekf(recording, body, options=smoothing, progress=progress)
     whole = OptimiseOptions(kinds=kinds, root=root)
     solution = optimise(recording, body, initial=initial, options=whole, progress=progress)
     return dataclasses.replace(solution, method=method)

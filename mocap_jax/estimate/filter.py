@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
+from collections import deque
 from typing import NamedTuple
 
 import jax
@@ -31,6 +32,8 @@ from mocap_jax.solution import Solution, Status
 from mocap_jax.trajectory import Trajectory
 
 _PAPER_RATE_HZ = 140.0
+# Memory for filtered beliefs that wait for the smoother (about 16 s of a human at 140 Hz).
+_KEPT_BYTES = 5e8
 
 
 def ekf(
@@ -113,7 +116,8 @@ def prepare(
     )
     statistics = InnovationStatistics(data, body, range_sites)
     return FilterRun(
-        jax.tree.map(cast, rest.mounted(body)),
+        # The model's text would be part of the compilation key.
+        jax.tree.map(cast, dataclasses.replace(rest.mounted(body), xml="")),
         model,
         jax.tree.map(cast, _parameters(recording, body, options, rest, float(data.step))),
         jax.tree.map(cast, _start(body, options, rest, _seen(body, rest, recording))),
@@ -210,34 +214,56 @@ def run_filter(
     run: FilterRun, options: EkfOptions, progress: bool
 ) -> tuple[list[Estimates], dict[str, dict[str, float]], tuple[str, ...]]:
     """Filter (and smooth) all chunks: estimates, innovation statistics and remarks."""
-    state, checkpoints, estimates, skipped = run.start, [], [], 0
-    fixed = (run.body, run.model, run.parameters)
+    state, estimates, skipped = run.start, [], 0
+    starts: list[State] = []
+    beliefs: deque[State] = deque(maxlen=_kept_chunks(run))
     passes = 2 if options.smooth else 1
     bar = tqdm(total=passes * len(run.time), unit="frame", desc="ekf", disable=not progress)
     with bar:
         for frames in run.chunks:
+            starts.append(state)
+            state, chunk, innovations = filter_chunk(
+                run.body, run.model, run.parameters, state, frames
+            )
             if options.smooth:
-                checkpoints.append(state)
-            wanted = options.covariance and not options.smooth
-            state, estimate, innovations = filter_chunk(*fixed, state, frames, wanted)
-            estimates.append(jax.tree.map(np.asarray, estimate))
+                beliefs.append(chunk)
+            else:
+                estimates.append(_estimates(chunk, options.covariance))
             skipped += run.statistics.add(frames, innovations)
             bar.update(int(np.asarray(frames.valid).sum()))
         if options.smooth:
-            estimates = _smooth(run, state, checkpoints, options.covariance, bar)
+            estimates = _smooth(run, state, starts, beliefs, options.covariance, bar)
     remarks = (f"{skipped} updates were skipped because they were not finite.",) if skipped else ()
     return estimates, run.statistics.table(), remarks
 
 
+def _kept_chunks(run: FilterRun) -> int:
+    """How many chunks' beliefs are kept for the smoother; it filters earlier chunks again."""
+    return max(1, int(_KEPT_BYTES / (len(run.chunks[0].valid) * run.start.covariance.nbytes)))
+
+
+def _estimates(beliefs: State, covariance: bool) -> Estimates:
+    """Filtered estimates of a chunk; copies, so that the full covariances can go."""
+    nv = beliefs.v.shape[1]
+    marginal = np.array(np.asarray(beliefs.covariance)[:, :nv, :nv]) if covariance else None
+    return Estimates(np.asarray(beliefs.q), np.asarray(beliefs.v), marginal)
+
+
 def _smooth(
-    run: FilterRun, last: State, checkpoints: list[State], covariance: bool, bar: tqdm
-) -> list[Estimates]:
+    run: FilterRun, last: State, starts: list[State], kept: deque[State], covariance: bool,
+    bar: tqdm,
+) -> list[Estimates]:  # fmt: skip
     """Backward pass over the chunks, last first."""
     estimates, following = [], jnp.asarray(False)
-    for start, frames in zip(reversed(checkpoints), reversed(run.chunks), strict=True):
+    for start, frames in zip(reversed(starts), reversed(run.chunks), strict=True):
+        if kept:
+            beliefs = kept.pop()
+        else:
+            _, beliefs, _ = filter_chunk(run.body, run.model, run.parameters, start, frames)
         last, estimate = smooth_chunk(
-            run.body, run.model, run.parameters, start, frames, last, following, covariance
-        )
+            run.body.topology, run.model.process, run.parameters.dynamics, beliefs, frames.valid,
+            last, following, covariance,
+        )  # fmt: skip
         estimates.append(jax.tree.map(np.asarray, estimate))
         following = jnp.asarray(True)
         bar.update(int(np.asarray(frames.valid).sum()))

@@ -1,8 +1,7 @@
 """The compiled loops of the filter: a fixed number of frames at a time, forwards and backwards.
 
 One compilation serves recordings of any length: the last chunk is padded with frames that are not
-valid. The backward pass recomputes each chunk's forward beliefs from the one at its start, so that
-full covariances of only one chunk are held at a time.
+valid. The backward pass takes the forward beliefs that `filter_chunk` returns.
 """
 
 from __future__ import annotations
@@ -13,9 +12,9 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 from jax import Array
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
-from mocap_jax.body import Body
+from mocap_jax.body import Body, Topology
 from mocap_jax.estimate.filter_frame import (
     FilterModel,
     FrameInput,
@@ -23,7 +22,7 @@ from mocap_jax.estimate.filter_frame import (
     filter_frame,
 )
 from mocap_jax.estimate.pose_manifold import pose_manifold
-from mocap_jax.kalman import Innovation, State, smooth_step
+from mocap_jax.kalman import Dynamics, Innovation, Process, State, smooth_step
 
 
 class Estimates(NamedTuple):
@@ -35,47 +34,38 @@ class Estimates(NamedTuple):
     """Marginal of each pose."""
 
 
-def _estimate(state: State, covariance: bool) -> Estimates:
-    nv = state.v.shape[0]
-    return Estimates(state.q, state.v, state.covariance[:nv, :nv] if covariance else None)
-
-
-@partial(jax.jit, static_argnames=("model", "covariance"))
+@partial(jax.jit, static_argnames="model")
 def filter_chunk(
-    body: Body,
-    model: FilterModel,
-    parameters: Parameters,
-    state: State,
-    frames: FrameInput,
-    covariance: bool,
-) -> tuple[State, Estimates, dict[str, Innovation]]:
-    """Filter a chunk: the belief after it, the estimates, and what each update saw."""
+    body: Body, model: FilterModel, parameters: Parameters, state: State, frames: FrameInput
+) -> tuple[State, State, dict[str, Innovation]]:
+    """Filter a chunk: the belief after it, those of all its frames, and what each update saw."""
 
     def step(state: State, frame: FrameInput) -> tuple[State, tuple]:
         state, innovations = filter_frame(body, model, parameters, state, frame)
-        return state, (_estimate(state, covariance), innovations)
+        return state, (state, innovations)
 
-    state, (estimates, innovations) = jax.lax.scan(step, state, frames)
-    return state, estimates, innovations
+    state, (beliefs, innovations) = jax.lax.scan(step, state, frames)
+    return state, beliefs, innovations
 
 
-@partial(jax.jit, static_argnames=("model", "covariance"))
+@partial(jax.jit, static_argnames=("topology", "process", "covariance"))
 def smooth_chunk(
-    body: Body,
-    model: FilterModel,
-    parameters: Parameters,
-    start: State,
-    frames: FrameInput,
+    topology: Topology,
+    process: Process,
+    dynamics: Dynamics,
+    beliefs: State,
+    valid: Bool[Array, "t"],
     next_state: State,
-    next_valid: Array,
+    next_valid: Bool[Array, ""],
     covariance: bool,
 ) -> tuple[State, Estimates]:
     """Smooth a chunk.
 
     Args:
-        body, model, parameters: of the filter.
-        start: filtered belief before the chunk's first frame.
-        frames: the chunk's measurements.
+        topology: of the body.
+        process, dynamics: of the filter.
+        beliefs: filtered beliefs of the chunk's frames.
+        valid: which of them are frames of the recording.
         next_state: smoothed belief at the first frame after the chunk.
         next_valid: whether there is such a frame.
         covariance: return the marginals.
@@ -83,20 +73,16 @@ def smooth_chunk(
     Returns:
         The smoothed belief at the chunk's first frame, and the estimates.
     """
-    manifold = pose_manifold(body.topology)
-
-    def forward(state: State, frame: FrameInput) -> tuple[State, State]:
-        state, _ = filter_frame(body, model, parameters, state, frame)
-        return state, state
-
-    _, filtered = jax.lax.scan(forward, start, frames)
+    manifold = pose_manifold(topology)
+    nv = topology.nv
 
     def backward(carry: State, inputs: tuple[State, Array]) -> tuple[State, Estimates]:
         here, follows = inputs
-        smoothed = smooth_step(manifold, model.process, parameters.dynamics, here, carry)
+        smoothed = smooth_step(manifold, process, dynamics, here, carry)
         keep = follows & jnp.isfinite(smoothed.covariance).all()
         smoothed = jax.tree.map(lambda a, b: jnp.where(keep, a, b), smoothed, here)
-        return smoothed, _estimate(smoothed, covariance)
+        marginal = smoothed.covariance[:nv, :nv] if covariance else None
+        return smoothed, Estimates(smoothed.q, smoothed.v, marginal)
 
-    follows = jnp.concatenate([frames.valid[1:], next_valid[None]])
-    return jax.lax.scan(backward, next_state, (filtered, follows), reverse=True)
+    follows = jnp.concatenate([valid[1:], next_valid[None]])
+    return jax.lax.scan(backward, next_state, (beliefs, follows), reverse=True)

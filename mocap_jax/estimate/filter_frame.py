@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
@@ -69,17 +70,52 @@ class FrameInput(NamedTuple):
 def filter_frame(
     body: Body, model: FilterModel, parameters: Parameters, state: State, frame: FrameInput
 ) -> tuple[State, dict[str, Innovation]]:
-    """Advance the belief to a frame and take in its measurements, one kind after the other."""
+    """Advance the belief to a frame and take in its measurements, one kind after the other.
+
+    The kinds run through one loop, so that the body's kinematics, linearised anew for each, are
+    compiled once.
+    """
     manifold = pose_manifold(body.topology)
     moved = predict(manifold, model.process, parameters.dynamics, state)
     current = _choose(frame.first, state, moved)
-    innovations = {}
-    for kind in model.kinds:
-        c = chain(body, current.q, current.v, current.a)
-        terms = _TERMS[kind](body, model, parameters, c, current, frame)
-        gate = model.range_gate if kind == "D" else 0.0
-        current, innovations[kind] = update(manifold, current, *terms, gate=gate)
+    branches = [_taking_in(kind, body, model, parameters, frame) for kind in model.kinds]
+
+    def take_in(i: Array, carry: _Carry) -> _Carry:
+        c = chain(body, carry[0].q, carry[0].v, carry[0].a)
+        return jax.lax.switch(i, branches, c, *carry)
+
+    carry = (current, _no_innovations(branches, body, current))
+    current, innovations = jax.lax.fori_loop(0, len(branches), take_in, carry)
     return _choose(frame.valid, current, state), innovations
+
+
+_Carry = tuple[State, dict[str, Innovation]]
+_Branch = Callable[[Chain, State, dict[str, Innovation]], _Carry]
+
+
+def _taking_in(
+    kind: str, body: Body, model: FilterModel, parameters: Parameters, frame: FrameInput
+) -> _Branch:
+    """The update by one kind of measurement."""
+    gate = model.range_gate if kind == "D" else 0.0
+
+    def branch(c: Chain, state: State, innovations: dict[str, Innovation]) -> _Carry:
+        terms = _TERMS[kind](body, model, parameters, c, state, frame)
+        state, innovation = update(pose_manifold(body.topology), state, *terms, gate=gate)
+        return state, innovations | {kind: innovation}
+
+    return branch
+
+
+def _no_innovations(branches: list[_Branch], body: Body, state: State) -> dict[str, Innovation]:
+    """Zeros in the shapes of what the updates return."""
+    out: dict[str, Innovation] = {}
+    for branch in branches:
+        shapes = jax.eval_shape(
+            lambda s, branch=branch: branch(chain(body, s.q, s.v, s.a), s, {})[1], state
+        )
+        out |= jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), shapes)
+    return out
 
 
 def _choose(condition: Array, yes: State, no: State) -> State:

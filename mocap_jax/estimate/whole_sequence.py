@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from functools import partial
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 from tqdm import tqdm
 
 from mocap_jax import linalg
-from mocap_jax.body import Body, Topology, difference
+from mocap_jax.body import Body
 from mocap_jax.errors import InputError, SolveError
+from mocap_jax.estimate.central_velocity import central_velocity
 from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.estimate.constant_names import constant_places, constants_from
 from mocap_jax.estimate.initial_guess import at_rest, first_guess, on_grid
@@ -28,6 +26,7 @@ from mocap_jax.estimate.sequence.adapt import (
     re_estimate,
     repeats,
 )
+from mocap_jax.estimate.sequence.compile_ahead import CompileAhead
 from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State, constant_values
 from mocap_jax.estimate.sequence.statistics import residual_statistics
@@ -84,10 +83,6 @@ def optimise(
     with clock:
         body = body_of(recording, body)
         root_given = uses_root(recording, options.root)
-        if initial is None and options.initial == "orientation":
-            initial = _orientation_pass(recording, body, options, progress=progress)
-        elif initial is None:
-            initial = first_guess(recording, body, options, progress=progress)
         data = gather(
             recording, body, kinds=options.kinds, root=root_given, rate_hz=options.rate_hz
         )
@@ -95,9 +90,12 @@ def optimise(
             data, body, recording.setup, options, root_given=root_given, user_data=user_data
         )
         run = _Run(recording, body, data, built, options, root_given=root_given)
-        state = State(
-            on_grid(initial, body, data.time), constants_from(initial, data.sensors, built.layout)
-        )
+        if initial is None:
+            programs = CompileAhead(run.problem)
+            initial = _initial(recording, body, options, progress=progress)
+            programs.wait()
+        constants = constants_from(initial, data.sensors, built.layout)
+        state = State(on_grid(initial, body, data.time), constants)
         solution = run.solve(state, recording, root_given=root_given, progress=progress)
     seconds = time.perf_counter() - begin
     solution = dataclasses.replace(
@@ -106,6 +104,14 @@ def optimise(
     if throw and not solution.status.ok:
         raise SolveError(solution.status.value)
     return solution
+
+
+def _initial(
+    recording: Recording, body: Body, options: OptimiseOptions, *, progress: bool
+) -> Solution:
+    """The initial guess that the options name."""
+    make = _orientation_pass if options.initial == "orientation" else first_guess
+    return make(recording, body, options, progress=progress)
 
 
 def _orientation_pass(
@@ -260,18 +266,6 @@ class _Run:
     def _velocity(self, state: State) -> np.ndarray:
         """Central differences of the poses, in the tangent space."""
         return central_velocity(self.body, state.q, float(self.data.step))
-
-
-@partial(jax.jit, static_argnums=0)
-def _central_velocity(topology: Topology, poses: jax.Array, step: float) -> jax.Array:
-    steps = jax.vmap(lambda a, b: difference(topology, a, b))(poses[:-1], poses[1:]) / step
-    inner = 0.5 * (steps[:-1] + steps[1:])
-    return jnp.concatenate([steps[:1], inner, steps[-1:]])
-
-
-def central_velocity(body: Body, q: np.ndarray, step: float) -> np.ndarray:
-    """Velocities (t, nv) of poses on a uniform grid, by central differences."""
-    return np.asarray(_central_velocity(body.topology, jnp.asarray(q), step))
 
 
 def _undetermined(reason: str, *, root_given: bool) -> str:

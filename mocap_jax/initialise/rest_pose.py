@@ -17,13 +17,11 @@ import numpy as np
 from jaxtyping import Float
 
 from mocap_jax import so3
-from mocap_jax.body import Body, difference, retract
+from mocap_jax.body import Body, difference, frames, retract, site_jacobians, sites_on_frames
 from mocap_jax.initialise.declared_pose import declared_pose
 from mocap_jax.initialise.rest_options import RestOptions
 from mocap_jax.initialise.rest_readings import RestReadings, rest_readings
 from mocap_jax.initialise.still import Still, find_still
-from mocap_jax.measurement import predict
-from mocap_jax.measurement.chain import chain
 from mocap_jax.recording import NoiseFigures, Recording
 
 _ITERATIONS = 12
@@ -123,11 +121,15 @@ def _remarks(still: Still) -> tuple[str, ...]:
 
 @partial(jax.jit, static_argnames=("sites",))
 def _predict(body: Body, sites: tuple[int, ...], q: jax.Array) -> tuple[jax.Array, ...]:
-    """Specific force, rotation and their pose Jacobians at rest."""
-    zero = jnp.zeros(body.nv, q.dtype)
-    c = chain(body, q, zero, zero)
-    force, turn = predict.specific_force(body, c, sites), predict.orientation(body, c, sites)
-    return force.value, force.jacobian[..., : body.nv], turn.value, turn.jacobian
+    """Specific force, rotation and their pose Jacobians at rest, where only turning counts."""
+    f = frames(body, q)
+    at = np.array(sites, int)
+    rotation, position = sites_on_frames(body, f)
+    _, angular = site_jacobians(body, f, position, at)
+    R = rotation[at]
+    turn = so3.matmul3(jnp.swapaxes(R, 1, 2), jnp.swapaxes(angular, 1, 2))
+    force = so3.matvec3(jnp.swapaxes(R, 1, 2), -body.gravity)
+    return force, so3.matmul3(so3.skew(force), turn), R, turn
 
 
 class _Problem:

@@ -1,6 +1,7 @@
 """Nonlinear least squares on a manifold."""
 
 from mocap_jax.least_squares.levenberg_marquardt import (
+    Follow,
     NormalEquations,
     Outcome,
     Problem,
@@ -9,4 +10,4 @@ from mocap_jax.least_squares.levenberg_marquardt import (
     minimise,
 )
 
-__all__ = ["NormalEquations", "Outcome", "Problem", "Result", "SolverOptions", "minimise"]
+__all__ = ["Follow", "NormalEquations", "Outcome", "Problem", "Result", "SolverOptions", "minimise"]

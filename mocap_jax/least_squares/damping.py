@@ -29,8 +29,10 @@ def on_the_step(damping: float, frames: int, half_bandwidth: int) -> float:
     return damping * (_ON_THE_STEP if smooth_in_time(frames, half_bandwidth) else 1.0)
 
 
-def damp_jitter(lower: Float[np.ndarray, "t b+1 d d"], damping: float) -> None:
-    """Add the damping of second differences to the lower blocks of J'J, in place."""
+def damp_jitter(
+    lower: Float[np.ndarray, "t b+1 d d"], damping: float, rows: slice = slice(None)
+) -> None:
+    """Add the damping of second differences to the lower blocks of some frames of J'J, in place."""
     frames, width, size, _ = lower.shape
     if not smooth_in_time(frames, width - 1):
         return
@@ -40,7 +42,7 @@ def damp_jitter(lower: Float[np.ndarray, "t b+1 d d"], damping: float) -> None:
         for j, b in enumerate((1.0, -2.0, 1.0)[: i + 1]):
             gram[i - j, j : frames - 2 + j] += a * b
     for offset in range(3):
-        lower[:, offset, diagonal, diagonal] += damping / _LARGEST * gram[offset][:, None]
+        lower[rows, offset, diagonal, diagonal] += damping / _LARGEST * gram[offset, rows, None]
 
 
 def jitter_force(

@@ -41,6 +41,11 @@ class NormalEquations:
     border: linalg.BorderBlocks | None
 
 
+Follow = Callable[[np.ndarray, linalg.BorderBlocks | None, int], None]
+"""What a problem may call while it makes its equations: (lower, border, number of frames whose
+blocks are final). The solver factors these frames meanwhile."""
+
+
 class Problem(Protocol):
     """What the solver needs to know."""
 
@@ -49,7 +54,7 @@ class Problem(Protocol):
 
     def cost(self, state: Any) -> float: ...
 
-    def linearise(self, state: Any) -> NormalEquations: ...
+    def linearise(self, state: Any, follow: Follow | None = None) -> NormalEquations: ...
 
     def move(self, state: Any, step: np.ndarray, constants: np.ndarray) -> Any: ...
 
@@ -130,22 +135,25 @@ def minimise(
         return Result(state, outcome, tuple(costs), message, damping)
 
     for iteration in range(options.max_iterations):
-        equations = problem.linearise(state)
+        factoring = _Factoring(damping)
+        equations = problem.linearise(state, None if problem.refines else factoring.follow)
         if not costs:
             costs.append(equations.cost)
         if not np.isfinite(equations.cost):
             return result(Outcome.DIVERGED)
         try:
-            step, constants = _solve(problem, state, equations, damping)
+            step, constants = _solve(problem, state, equations, damping, factoring)
         except SolveError as error:
             if options.gauss_newton or damping * growth > options.max_damping:
                 return result(Outcome.SINGULAR, str(error))
             damping, growth, raised = max(damping * growth, 1e-6), growth * _GROWTH, True
             continue
         decrease = _predicted_decrease(equations, step, constants, damping)
+        before = equations.cost
+        del equations, factoring  # the next ones are as large
         candidate = problem.move(state, step, constants)
         cost = problem.cost(candidate)
-        gain = (equations.cost - cost) / max(decrease, 1e-300)
+        gain = (before - cost) / max(decrease, 1e-300)
         small = np.sqrt(2 * max(decrease, 0.0) / problem.unknowns) < options.tolerance
         accepted = np.isfinite(cost) and (gain > 1e-4 or options.gauss_newton)
         if accepted:
@@ -166,15 +174,46 @@ def minimise(
     return result(Outcome.MAX_ITERATIONS)
 
 
+class _Factoring:
+    """Damps and factors equations while they are being made."""
+
+    def __init__(self, damping: float) -> None:
+        self._damping = damping
+        self._under_way: linalg.Factoring | None = None
+        self._error: SolveError | None = None
+
+    def follow(self, lower: np.ndarray, border: linalg.BorderBlocks | None, ready: int) -> None:
+        """Factor the frames before `ready`; an error is kept for `finish`."""
+        if self._error is not None:
+            return
+        if self._under_way is None:
+            plain = on_the_step(self._damping, lower.shape[0], lower.shape[1] - 1)
+            self._under_way = linalg.Factoring(lower, border, damping=plain, overwrite=True)
+        damp_jitter(lower, self._damping, slice(self._under_way.done, ready))
+        try:
+            self._under_way.advance(ready)
+        except SolveError as error:
+            self._error = error
+
+    def finish(self, e: NormalEquations) -> linalg.ArrowFactor:
+        """The factor.
+
+        Raises:
+            SolveError: the equations are singular.
+        """
+        self.follow(e.lower, e.border, len(e.lower))
+        if self._under_way is None or self._error is not None:
+            raise self._error or SolveError("there are no equations")
+        return self._under_way.finish(e.corner)
+
+
 def _solve(
-    problem: Problem, state: Any, e: NormalEquations, damping: float
+    problem: Problem, state: Any, e: NormalEquations, damping: float, factoring: _Factoring
 ) -> tuple[np.ndarray, np.ndarray]:
-    damp_jitter(e.lower, damping)
-    plain = on_the_step(damping, *_shape(e))
     if problem.refines:
+        damp_jitter(e.lower, damping)
         return _refined(problem, state, e, damping)
-    f = linalg.factor(e.lower, e.corner, e.border, damping=plain, overwrite=True)
-    return linalg.solve(f, -e.gradient, -e.corner_gradient, e.border)
+    return linalg.solve(factoring.finish(e), -e.gradient, -e.corner_gradient, e.border)
 
 
 def _shape(e: NormalEquations) -> tuple[int, int]:

@@ -6,7 +6,8 @@ The matrix is block-banded in time with a dense border of constant unknowns,
     [ B' C  ]      B: t blocks of size d x m;  C: m x m
 
 and is factored as H = U'U frame by frame with BLAS-3 calls (left-looking), the Schur complement
-C - B'H^-1 B being accumulated on the way; U'^-1 B is not kept.
+C - B'H^-1 B being accumulated on the way. U'^-1 B, as large as H itself, is not kept: who needs it
+again has it recomputed, a stretch of frames at a time, from the few blocks kept in between.
 
 Layout: a JAX array of blocks in C order is, read as Fortran order, its transpose. So row-stacked
 lower blocks `(t, (b+1) d, d)` become column-stacked upper blocks `d x (b+1) d` without a copy.
@@ -24,8 +25,11 @@ from threadpoolctl import ThreadpoolController
 
 from mocap_jax.errors import SolveError
 
+# Frames between the blocks of U'^-1 B that are kept.
+STRETCH = 128
+
 # Looking for the libraries takes a millisecond: once, after SciPy has loaded them.
-_BLAS = ThreadpoolController()
+BLAS = ThreadpoolController()
 
 BorderBlocks = Callable[[int], np.ndarray]
 """Frame index -> that frame's block of B', shape (m, d), C order."""
@@ -39,6 +43,11 @@ class ArrowFactor:
     """(t, (b + 1) d, d): blocks U_kk', U_k(k+1)', ..., U_k(k+b)' of each frame."""
     corner: np.ndarray
     """(m, m) upper Cholesky factor of the Schur complement C - B'H^-1 B."""
+    kept: tuple[list[np.ndarray], ...] = ()
+    """At the start of every stretch of frames, the blocks of U'^-1 B just before it (latest
+    first), each d x m; empty without a border."""
+    stretch: int = STRETCH
+    """Frames from one of these to the next."""
 
     @property
     def frames(self) -> int:
@@ -51,6 +60,80 @@ class ArrowFactor:
     @property
     def half_bandwidth(self) -> int:
         return self.panels.shape[1] // self.block - 1
+
+
+class Factoring:
+    """A factorisation under way: frames are factored as soon as their blocks are known."""
+
+    def __init__(
+        self,
+        lower: np.ndarray,
+        border: BorderBlocks | None = None,
+        *,
+        damping: float = 0.0,
+        overwrite: bool = False,
+    ) -> None:
+        """Arguments as for `factor`; rows of `lower` may be filled in later if `overwrite`."""
+        t, width, d, _ = lower.shape
+        self.done = 0
+        """Frames factored so far."""
+        self._panels = (lower if overwrite else lower.copy()).reshape(t, width * d, d)
+        self._border, self._damping = border, damping
+        self._schur = np.zeros((0, 0))
+        """- B'H^-1 B over these frames."""
+        self._recent: list[np.ndarray] = []
+        self._kept: list[list[np.ndarray]] = []
+
+    def advance(self, stop: int) -> None:
+        """Factor the frames before `stop`.
+
+        Raises:
+            SolveError: the matrix is not positive definite; the text says where.
+        """
+        t, rows, d = self._panels.shape
+        b, diagonal = rows // d - 1, np.arange(d)
+        with BLAS.limit(limits=1, user_api="blas"):
+            for k in range(self.done, stop):
+                self._panels[k, diagonal, diagonal] += self._damping
+                upper = self._panels[k].T
+                _eliminate_earlier(self._panels, k, b, d, upper)
+                _, info = lapack.dpotrf(upper[:, :d], lower=0, clean=1, overwrite_a=1)
+                if info:
+                    raise SolveError(f"the normal equations are singular at frame {k} of {t}")
+                blas.dtrsm(
+                    1.0, upper[:, :d], upper[:, d:], side=0, lower=0, trans_a=1, overwrite_b=1
+                )
+                if self._border is not None:
+                    self._eliminate_border(k, b, d, self._border(k))
+        self.done = max(stop, self.done)
+
+    def _eliminate_border(self, k: int, b: int, d: int, block: np.ndarray) -> None:
+        if k % STRETCH == 0:
+            self._kept.append(self._recent)
+        if not len(self._schur):
+            self._schur = np.zeros((len(block), len(block)), order="F")
+        eliminated = eliminate_border(self._panels, k, b, d, block, self._recent)
+        self._schur = blas.dsyrk(
+            -1.0, eliminated, 1.0, self._schur, trans=1, lower=0, overwrite_c=1
+        )
+        self._recent = [eliminated, *self._recent[: b - 1]]
+
+    def finish(self, corner: np.ndarray | None = None) -> ArrowFactor:
+        """Factor what is left.
+
+        Raises:
+            SolveError: as `advance`, or the constants are not determined.
+        """
+        self.advance(len(self._panels))
+        if corner is None or not len(corner):
+            return ArrowFactor(self._panels, np.zeros((0, 0)))
+        schur = corner + self._damping * np.eye(len(corner))
+        if self._border is not None:
+            schur += self._schur
+        chol, info = lapack.dpotrf(schur, lower=0, clean=1)
+        if info:
+            raise SolveError("the data do not determine the constant unknowns (singular border)")
+        return ArrowFactor(self._panels, chol, tuple(self._kept), STRETCH)
 
 
 def factor(
@@ -74,32 +157,7 @@ def factor(
     Raises:
         SolveError: the matrix is not positive definite; the text says where.
     """
-    t, width, d, _ = lower.shape
-    b = width - 1
-    panels = (lower if overwrite else lower.copy()).reshape(t, width * d, d)
-    schur = np.zeros((0, 0)) if corner is None else np.array(corner, order="F")
-    schur += damping * np.eye(len(schur))
-    diagonal = np.arange(d)
-    recent: list[np.ndarray] = []
-    with _BLAS.limit(limits=1, user_api="blas"):
-        for k in range(t):
-            panels[k, diagonal, diagonal] += damping
-            upper = panels[k].T
-            _eliminate_earlier(panels, k, b, d, upper)
-            _, info = lapack.dpotrf(upper[:, :d], lower=0, clean=1, overwrite_a=1)
-            if info:
-                raise SolveError(f"the normal equations are singular at frame {k} of {t}")
-            blas.dtrsm(1.0, upper[:, :d], upper[:, d:], side=0, lower=0, trans_a=1, overwrite_b=1)
-            if border is not None:
-                eliminated = _eliminate_border(panels, k, b, d, border(k), recent)
-                schur = blas.dsyrk(-1.0, eliminated, 1.0, schur, trans=1, lower=0, overwrite_c=1)
-                recent = [eliminated, *recent[: b - 1]]
-    if not len(schur):
-        return ArrowFactor(panels, schur)
-    chol, info = lapack.dpotrf(schur, lower=0, clean=1)
-    if info:
-        raise SolveError("the data do not determine the constant unknowns (singular border)")
-    return ArrowFactor(panels, chol)
+    return Factoring(lower, border, damping=damping, overwrite=overwrite).finish(corner)
 
 
 def _eliminate_earlier(panels: np.ndarray, k: int, b: int, d: int, target: np.ndarray) -> None:
@@ -113,7 +171,7 @@ def _eliminate_earlier(panels: np.ndarray, k: int, b: int, d: int, target: np.nd
         )  # fmt: skip
 
 
-def _eliminate_border(
+def eliminate_border(
     panels: np.ndarray, k: int, b: int, d: int, block: np.ndarray, recent: list[np.ndarray]
 ) -> np.ndarray:
     """Block k of U'^-1 B, given those of the frames just before (latest first)."""
@@ -128,7 +186,7 @@ def forward(f: ArrowFactor, rhs: np.ndarray) -> np.ndarray:
     """Solve U'y = rhs for H = U'U; rhs of shape (t, d) or (t, d, n)."""
     t, d, b = f.frames, f.block, f.half_bandwidth
     y = np.array(rhs, float)
-    with _BLAS.limit(limits=1, user_api="blas"):
+    with BLAS.limit(limits=1, user_api="blas"):
         for k in range(t):
             for j in range(1, min(b, k) + 1):
                 y[k] -= f.panels[k - j, j * d : (j + 1) * d] @ y[k - j]
@@ -140,7 +198,7 @@ def backward(f: ArrowFactor, rhs: np.ndarray) -> np.ndarray:
     """Solve U x = rhs for H = U'U; rhs of shape (t, d) or (t, d, n)."""
     t, d, b = f.frames, f.block, f.half_bandwidth
     x = np.array(rhs, float)
-    with _BLAS.limit(limits=1, user_api="blas"):
+    with BLAS.limit(limits=1, user_api="blas"):
         for k in range(t - 1, -1, -1):
             reach = min(b, t - 1 - k)
             if reach:
@@ -194,63 +252,6 @@ def corner_covariance(f: ArrowFactor) -> np.ndarray:
     """Covariance of the constant unknowns: the inverse of the Schur complement, (m, m)."""
     m = len(f.corner)
     return solve_corner(f, np.eye(m)) if m else np.zeros((0, 0))
-
-
-def marginals(f: ArrowFactor, border: BorderBlocks | None = None) -> np.ndarray:
-    """Marginal covariance of every frame by selected inversion.
-
-    Takahashi's recursion in square-root form: the covariance of b successive frames is carried as
-    R'R and extended backwards by one frame with a QR factorisation. The plain recursion overflows
-    when well and badly determined unknowns meet.
-
-    Args:
-        f: the factor of the information matrix.
-        border: the same blocks of B' that were factored, if any.
-
-    Returns:
-        (t, d, d), the diagonal blocks of the inverse of the whole arrow matrix.
-    """
-    t, d, b = f.frames, f.block, f.half_bandwidth
-    out = np.empty((t, d, d))
-    root = np.zeros((0, 0))
-    eye = np.eye(d, order="F")
-    with _BLAS.limit(limits=1, user_api="blas"):
-        for k in range(t - 1, -1, -1):
-            reach = len(root) // d
-            inverse = blas.dtrsm(1.0, f.panels[k, :d].T, eye, side=0, lower=0)
-            # Rows: independent unit deviations; columns: frame k, then the frames after it.
-            spread = np.zeros(((reach + 1) * d, min(reach + 1, b) * d), order="F")
-            spread[:d, :d] = inverse.T
-            if reach:
-                gain = blas.dtrmm(1.0, inverse, f.panels[k, d : (reach + 1) * d].T, lower=0)
-                spread[d:, :d] = -root @ gain.T
-                spread[d:, d:] = root[:, : spread.shape[1] - d]
-            triangle, _, _, _ = lapack.dgeqrf(spread, overwrite_a=1)
-            root = np.triu(triangle[: spread.shape[1]])
-            out[k] = root[:d, :d].T @ root[:d, :d]
-    if border is not None:
-        _add_border_covariance(f, border, out)
-    return out
-
-
-def _add_border_covariance(f: ArrowFactor, border: BorderBlocks, out: np.ndarray) -> None:
-    """Add X S^-1 X' with X = H^-1 B: what not knowing the constants adds to each frame."""
-    t, d, b = f.frames, f.block, f.half_bandwidth
-    m = len(f.corner)
-    coupled = np.empty((t, m, d))
-    recent: list[np.ndarray] = []
-    with _BLAS.limit(limits=1, user_api="blas"):
-        for k in range(t):
-            coupled[k] = _eliminate_border(f.panels, k, b, d, border(k), recent).T
-            recent = [coupled[k].T, *recent[: b - 1]]
-        for k in range(t - 1, -1, -1):
-            x = coupled[k].T
-            for j in range(1, min(b, t - 1 - k) + 1):
-                coupling = f.panels[k].T[:, j * d : (j + 1) * d]
-                blas.dgemm(-1.0, coupling, coupled[k + j].T, 1.0, x, overwrite_c=1)
-            blas.dtrsm(1.0, f.panels[k].T[:, :d], x, side=0, lower=0, overwrite_b=1)
-            whitened = blas.dtrsm(1.0, f.corner, x, side=1, lower=0)
-            out[k] += whitened @ whitened.T
 
 
 def sample(

@@ -158,6 +158,19 @@ def test_normal_equations_equal_dense_jacobian(order: int, user: bool) -> None:
     np.testing.assert_allclose(dense(equations, T), square, rtol=1e-9, atol=1e-9 * square.max())
 
 
+def test_blocks_are_final_when_they_are_handed_over() -> None:
+    problem, state = make(2, chunk=4)
+    expected, stops = np.array(problem.linearise(state).lower), []
+
+    def follow(lower, border, ready: int) -> None:
+        np.testing.assert_array_equal(lower[:ready], expected[:ready])
+        assert border(ready - 1).any()
+        stops.append(ready)
+
+    problem.linearise(state, follow)
+    assert stops == [4, 8, T]
+
+
 @pytest.mark.parametrize("loss", ["huber", "cauchy", "geman_mcclure"])
 def test_gradient_of_robust_cost(loss: str) -> None:
     problem, state = make(2, losses=loss)

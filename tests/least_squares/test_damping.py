@@ -22,6 +22,14 @@ def test_blocks_and_product_are_those_of_second_differences(frames, half_bandwid
     np.testing.assert_allclose(jitter_force(step, damping, half_bandwidth), expected, atol=1e-12)
 
 
+def test_frames_may_be_damped_in_pieces():
+    whole, pieces = np.zeros((2, 8, 3, 2, 2))
+    damp_jitter(whole, 2.0)
+    for rows in (slice(0, 3), slice(3, 8)):
+        damp_jitter(pieces, 2.0, rows)
+    np.testing.assert_array_equal(pieces, whole)
+
+
 def test_a_smooth_step_is_hardly_damped_and_an_alternating_one_fully():
     steady, alternating = np.ones((50, 1)), (-1.0) ** np.arange(50)[:, None]
     assert np.abs(jitter_force(steady, 1.0, 2)).max() < 1e-12

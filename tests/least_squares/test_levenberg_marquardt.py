@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from mocap_jax.least_squares import Outcome, SolverOptions, minimise
+from mocap_jax.least_squares import Follow, Outcome, SolverOptions, minimise
 from mocap_jax.least_squares.levenberg_marquardt import NormalEquations
 
 TIGHT = SolverOptions(max_iterations=200, tolerance=1e-9)
@@ -25,7 +25,7 @@ class Plain:
     def cost(self, x: np.ndarray) -> float:
         return 0.5 * float((np.asarray(self.residuals(jnp.asarray(x))) ** 2).sum())
 
-    def linearise(self, x: np.ndarray) -> NormalEquations:
+    def linearise(self, x: np.ndarray, follow: Follow | None = None) -> NormalEquations:
         r, J = (np.asarray(f(jnp.asarray(x))) for f in (self.residuals, self.jacobian))
         return NormalEquations(
             self.cost(x), (J.T @ J)[None, None], (J.T @ r)[None], None, np.zeros(0), None
@@ -36,6 +36,16 @@ class Plain:
 
     def model(self, *_: object, **__: object) -> tuple[np.ndarray, np.ndarray]:
         raise NotImplementedError
+
+
+class Streaming(Plain):
+    """The same; its equations are handed over while they are made."""
+
+    def linearise(self, x: np.ndarray, follow: Follow | None = None) -> NormalEquations:
+        e = super().linearise(x)
+        if follow is not None:
+            follow(e.lower, e.border, 1)
+        return e
 
 
 def rosenbrock(x):
@@ -65,6 +75,21 @@ def test_known_minima(residuals, start, minimum):
     assert result.outcome is Outcome.CONVERGED
     np.testing.assert_allclose(result.state, minimum, atol=1e-6)
     assert (np.diff(result.cost) < 0).all()
+
+
+def test_equations_handed_over_early_give_the_same_steps():
+    whole, early = (
+        minimise(kind(helical_valley, 3), np.array([-1.0, 0.0, 0.0]), TIGHT)
+        for kind in (Plain, Streaming)
+    )
+    np.testing.assert_array_equal(early.cost, whole.cost)
+
+
+def test_singular_equations_handed_over_early_end_the_iteration():
+    result = minimise(
+        Streaming(lambda x: x[:1] * jnp.zeros(1), 2), np.ones(2), SolverOptions(initial_damping=0)
+    )
+    assert result.outcome is Outcome.SINGULAR
 
 
 def test_a_linear_problem_takes_one_gauss_newton_step():

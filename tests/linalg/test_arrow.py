@@ -7,6 +7,7 @@ import pytest
 
 from mocap_jax import linalg
 from mocap_jax.errors import SolveError
+from mocap_jax.linalg import arrow
 
 
 @pytest.mark.parametrize(
@@ -27,6 +28,29 @@ def test_solve_and_covariance_equal_dense(t: int, d: int, b: int, m: int, random
         block = inverse[k * d : (k + 1) * d, k * d : (k + 1) * d]
         np.testing.assert_allclose(marginals[k], block, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(linalg.corner_covariance(f), inverse[t * d :, t * d :], rtol=1e-9)
+
+
+def test_border_covariance_across_stretches_equals_dense(random_arrow, monkeypatch) -> None:
+    monkeypatch.setattr(arrow, "STRETCH", 3)
+    dense, lower, corner, border = random_arrow(10, 3, 2, 4)
+    f = linalg.factor(lower, corner, lambda k: border[k])
+    inverse = np.linalg.inv(dense)[:30, :30].reshape(10, 3, 10, 3)
+    for k, found in enumerate(linalg.marginals(f, lambda k: border[k])):
+        np.testing.assert_allclose(found, inverse[k, :, k], rtol=1e-9, atol=1e-12)
+
+
+def test_factoring_in_pieces_as_blocks_arrive(random_arrow) -> None:
+    _, lower, corner, border = random_arrow(9, 3, 2, 4)
+    whole = linalg.factor(lower, corner, lambda k: border[k], damping=0.1)
+    arriving = np.full_like(lower, np.nan)
+    pieces = linalg.Factoring(arriving, lambda k: border[k], damping=0.1, overwrite=True)
+    for stop in (4, 6):
+        arriving[pieces.done : stop] = lower[pieces.done : stop]
+        pieces.advance(stop)
+    arriving[6:] = lower[6:]
+    found = pieces.finish(corner)
+    np.testing.assert_array_equal(found.corner, whole.corner)
+    np.testing.assert_array_equal(found.panels[:-2], whole.panels[:-2])
 
 
 def test_damping_adds_to_the_diagonal(random_arrow) -> None:

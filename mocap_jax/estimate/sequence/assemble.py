@@ -64,50 +64,36 @@ def _cost(
     return kinds, (inertial, ranges, pose)
 
 
+class ChunkValues(NamedTuple):
+    """What residuals alone tell of the c core frames of a chunk."""
+
+    cost: Float[Array, ""]
+    """Half the sum of robust squared whitened residuals."""
+    residuals: dict[str, Array]
+    """Plain (not whitened) measurement residuals by kind, (c, s, 3) and (c, k)."""
+    gate: Float[Array, "c k"] | None
+    """The gate w_a of every range."""
+
+
 @partial(jax.jit, static_argnums=0)
-def chunk_losses(
+def evaluate_chunk(
     layout: Layout, body: Body, q: Array, constants: Constants, terms: Terms, weights: Weights
-) -> dict[str, Array]:
-    """Robust squared whitened residuals of the core frames, by kind (not halved)."""
-    w = kinematics(layout, body, q, constants)
-    return _cost(layout, body, w, q, constants, terms, weights)[0]
-
-
-@partial(jax.jit, static_argnums=0)
-def chunk_cost(
-    layout: Layout, body: Body, q: Array, constants: Constants, terms: Terms, weights: Weights
-) -> Float[Array, ""]:
-    """Half the sum of robust squared whitened residuals of the core frames."""
-    kinds = chunk_losses(layout, body, q, constants, terms, weights)
-    return 0.5 * sum(x.sum() for x in kinds.values())
-
-
-@partial(jax.jit, static_argnums=0)
-def chunk_gate(
-    layout: Layout, body: Body, q: Array, constants: Constants, terms: Terms
-) -> Float[Array, "c k"]:
-    """The gate w_a of the core frames at the poses q."""
-    w = kinematics(layout, body, q, constants)
-    return range_terms.gate(w, terms)[_core(layout, q)]
-
-
-@partial(jax.jit, static_argnums=0)
-def chunk_residuals(
-    layout: Layout, body: Body, q: Array, constants: Constants, terms: Terms, weights: Weights
-) -> dict[str, Array]:
-    """Plain (not whitened) measurement residuals of the core frames, by kind."""
+) -> ChunkValues:
+    """Cost, residuals and gate of the core frames: one program for all that ask for any."""
     core = _core(layout, q)
     w = kinematics(layout, body, q, constants)
-    r = inertial_terms.residuals(layout, w, constants, terms, weights, body.gravity)
+    kinds, (r, ranges, _) = _cost(layout, body, w, q, constants, terms, weights)
     shifted = slice(core.start - 1, core.stop - 1)
     out = {
         "accelerometer": r.acceleration[shifted],
         "gyroscope": r.rate[core],
         "orientation": r.orientation[core],
     }
+    gate = None
     if layout.use_range:
-        out["range"] = range_terms.residuals(w, terms).residual[shifted]
-    return out
+        out["range"] = ranges.residual[shifted]
+        gate = range_terms.gate(w, terms)[core]
+    return ChunkValues(0.5 * sum(x.sum() for x in kinds.values()), out, gate)
 
 
 @partial(jax.jit, static_argnums=0)

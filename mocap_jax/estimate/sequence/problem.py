@@ -21,14 +21,13 @@ from mocap_jax.body import Body, retract
 from mocap_jax.errors import SolveError
 from mocap_jax.estimate.sequence.assemble import (
     ChunkSystem,
+    ChunkValues,
     assemble_chunk,
-    chunk_border,
-    chunk_cost,
-    chunk_gate,
-    chunk_residuals,
     cut,
+    evaluate_chunk,
     pad_frames,
 )
+from mocap_jax.estimate.sequence.border import Border
 from mocap_jax.estimate.sequence.layout import (
     CONSTANTS_PER_SENSOR,
     Constants,
@@ -37,7 +36,7 @@ from mocap_jax.estimate.sequence.layout import (
     Weights,
 )
 from mocap_jax.estimate.sequence.model_gradient import model_gradient, moved_constants
-from mocap_jax.least_squares import NormalEquations
+from mocap_jax.least_squares import Follow, NormalEquations
 
 
 @dataclass(frozen=True)
@@ -46,23 +45,6 @@ class State:
 
     q: Float[np.ndarray, "t nq"]
     constants: Constants
-
-
-class Border:
-    """Blocks of B' by frame, made chunk by chunk when asked for in order."""
-
-    def __init__(self, layout: Layout, compact: list[tuple[np.ndarray, ...]]) -> None:
-        self._layout = layout
-        self._compact = compact
-        self._chunk = -1
-        self._blocks = np.zeros((0, 0, 0))
-
-    def __call__(self, k: int) -> np.ndarray:
-        index, row = divmod(k, self._layout.chunk)
-        if index != self._chunk:
-            self._blocks = np.asarray(chunk_border(self._layout, *self._compact[index]))
-            self._chunk = index
-        return self._blocks[row]
 
 
 class SequenceProblem:
@@ -94,7 +76,8 @@ class SequenceProblem:
         self.chunks = -(-self.frames // layout.chunk)
         self.dtype = dtype = dtype or np.dtype(np.float64)
         self.layout = layout
-        self.body = _cast(body, dtype)
+        # The model's text would be part of the compilation key.
+        self.body = _cast(dataclasses.replace(body, xml=""), dtype)
         self.weights = _cast(weights, dtype)
         self.prior_information = np.ravel(prior_information)
         self.readings = readings or (np.zeros(layout.constants), np.zeros(layout.constants))
@@ -107,6 +90,11 @@ class SequenceProblem:
     def step(self) -> float:
         """Time between frames [s]."""
         return float(self.weights.step)
+
+    @property
+    def program(self) -> tuple[object, ...]:
+        """What the traced functions are compiled for."""
+        return self.layout, self.dtype, self._terms.range_distance.shape[1]
 
     @property
     def unknowns(self) -> int:
@@ -144,26 +132,38 @@ class SequenceProblem:
         q = pad_frames(np.asarray(state.q, self.dtype), self.layout, self.chunks, 0, edge=True)
         constants = _cast(state.constants, self.dtype)
         if self._cuts is None:
-            self._cuts = [
-                _cast(cut(self._terms, self.layout, i), self.dtype) for i in range(self.chunks)
-            ]
+            self._cuts = [self.chunk_terms(i) for i in range(self.chunks)]
         for i, terms in enumerate(self._cuts):
             first = i * self.layout.chunk
             rows = q[first : first + self.layout.chunk + 2 * self.layout.halo]
             yield self.body, rows, constants, terms
 
+    def chunk_terms(self, index: int) -> Terms:
+        """Measurements of one chunk with its halo, as the traced functions take them."""
+        return _cast(cut(self._terms, self.layout, index), self.dtype)
+
+    def _values(self, state: State) -> list[ChunkValues]:
+        return [evaluate_chunk(self.layout, *a, self.weights) for a in self._inputs(state)]
+
     def cost(self, state: State) -> float:
         """Half the sum of robust squared whitened residuals, priors included."""
-        parts = [chunk_cost(self.layout, *a, self.weights) for a in self._inputs(state)]
-        return float(sum(float(p) for p in parts)) + self._prior(state.constants)[0]
+        parts = self._values(state)
+        return float(sum(float(p.cost) for p in parts)) + self._prior(state.constants)[0]
 
-    def linearise(self, state: State) -> NormalEquations:
-        """Cost, gradient and block-banded normal equations at a state."""
+    def linearise(self, state: State, follow: Follow | None = None) -> NormalEquations:
+        """Cost, gradient and block-banded normal equations at a state.
+
+        Args:
+            state: poses and constants.
+            follow: called with the blocks of the chunks that are done, while the next is computed.
+        """
         width, nv = self.layout.half_bandwidth + 1, self.layout.topology.nv
         if self._lower is None:
             self._lower = np.empty((self.chunks * self.layout.chunk, width, nv, nv))
         gradient = np.empty((self.chunks * self.layout.chunk, nv))
         compact: list[tuple[np.ndarray, ...]] = []
+        lower = self._lower[: self.frames]
+        border = Border(self.layout, compact) if self.layout.use_border else None
         m = self.layout.constants
         corner, slope, cost = np.zeros((m, m)), np.zeros(m), 0.0
         for first, out in self._systems(state):
@@ -175,11 +175,12 @@ class SequenceProblem:
                 _add_corner(out, corner, slope)
                 blocks = (out.border, out.screws, out.range_border, out.geometry.border)
                 compact.append(tuple(np.asarray(x) for x in blocks))
-        lower, gradient = self._lower[: self.frames], gradient[: self.frames]
+            if follow is not None:
+                follow(lower, border, min(rows.stop, self.frames))
+        gradient = gradient[: self.frames]
         if not self.layout.use_border:
             return NormalEquations(cost, lower, gradient, None, np.zeros(0), None)
         prior_cost, prior_slope, prior_square = self._prior(state.constants)
-        border = Border(self.layout, compact)
         return NormalEquations(
             cost + prior_cost, lower, gradient, corner + prior_square, slope + prior_slope, border
         )
@@ -256,12 +257,12 @@ class SequenceProblem:
 
     def gate(self, state: State) -> np.ndarray:
         """The gate w_a of every range at a state, (t, k)."""
-        parts = [np.asarray(chunk_gate(self.layout, *a)) for a in self._inputs(state)]
+        parts = [np.asarray(v.gate) for v in self._values(state)]
         return np.concatenate(parts)[: self.frames]
 
     def residuals(self, state: State) -> dict[str, np.ndarray]:
         """Plain measurement residuals by kind, (t, s, 3) and (t, k)."""
-        parts = [chunk_residuals(self.layout, *a, self.weights) for a in self._inputs(state)]
+        parts = [v.residuals for v in self._values(state)]
         return {
             kind: np.concatenate([np.asarray(p[kind]) for p in parts])[: self.frames]
             for kind in parts[0]

@@ -1,0 +1,25 @@
+"""`Border`: the coupling of poses and sensor constants, spread out only where it is read."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mocap_jax.estimate.sequence.assemble import chunk_border
+from mocap_jax.estimate.sequence.layout import Layout
+
+
+class Border:
+    """Blocks of B' by frame, made chunk by chunk when asked for in order."""
+
+    def __init__(self, layout: Layout, compact: list[tuple[np.ndarray, ...]]) -> None:
+        self._layout = layout
+        self._compact = compact
+        self._chunk = -1
+        self._blocks = np.zeros((0, 0, 0))
+
+    def __call__(self, k: int) -> np.ndarray:
+        index, row = divmod(k, self._layout.chunk)
+        if index != self._chunk:
+            self._blocks = np.asarray(chunk_border(self._layout, *self._compact[index]))
+            self._chunk = index
+        return self._blocks[row]

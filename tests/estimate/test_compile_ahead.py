@@ -1,0 +1,41 @@
+"""Programs compiled in the second thread are those that the solve calls."""
+
+from __future__ import annotations
+
+import jax
+import numpy as np
+from test_sequence_assembly import make
+
+from mocap_jax.estimate.compile_clock import CompileClock
+from mocap_jax.estimate.sequence.compile_ahead import CompileAhead
+
+
+def test_after_compiling_ahead_nothing_is_left_to_compile() -> None:
+    problem, state = make(2, chunk=5)
+    compiled: list[str] = []
+
+    def count(event: str, duration: float, **about: object) -> None:
+        if event.endswith("backend_compile_duration"):
+            compiled.append(str(about.get("fun_name")))
+
+    CompileAhead(problem).wait()
+    jax.monitoring.register_event_duration_secs_listener(count)
+    try:
+        equations = problem.linearise(state)
+        assert np.isfinite(equations.border(0)).all()
+        problem.cost(state)
+    finally:
+        jax.monitoring.unregister_event_duration_listener(count)
+    assert not {name for name in compiled if "chunk" in name}
+
+
+def test_waiting_counts_as_compilation_once() -> None:
+    problem, _ = make(2, chunk=6)
+    clock = CompileClock()
+    with clock:
+        CompileAhead(problem).wait()
+    first, clock = clock.seconds, CompileClock()
+    with clock:
+        CompileAhead(problem).wait()
+    assert first > 0
+    assert clock.seconds == 0
