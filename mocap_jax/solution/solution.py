@@ -59,8 +59,13 @@ class Solution:
     seconds_solve: float = 0.0
     seconds_compile: float = 0.0
     statistics: dict[str, dict[str, float]] = field(default_factory=dict)
-    """Residual or innovation statistics: `{"accelerometer/<sensor>": {"rms": whitened RMS,
-    "count": n, ...}, "gyroscope/<sensor>": ..., "range/<source>-<receiver>": ...}`."""
+    """Of the optimiser's residuals, or of the filter's innovations (for the smoother: those of its
+    forward pass), by stream: `accelerometer/<sensor>`, `gyroscope/<sensor>`,
+    `range/<source>-<receiver>`, ... Each holds `rms` (whitened), `rms_units` (SI), `bias` and
+    `bias_units` (mean of measured minus predicted; of three axes the length of the mean vector),
+    `count` of the values used, and `outliers` (share beyond 3 sigma). Ranges have `heard` (those
+    with a confidence above 0), `rejected` (share of these not used: receiver behind the source)
+    and `lowered` (share of those used whose weight the robust treatment lowers below half)."""
     calibration: dict[str, np.ndarray] = field(default_factory=dict)
     """Estimated constants by name: `gyroscope_bias/<sensor>` [rad/s], `accelerometer_bias/...`
     [m/s^2], `mounting_rotation/...` (rotation vector, rad, sensor frame)."""
