@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import check_residual as check_residual
     from mocap_jax.estimate import ekf as ekf
     from mocap_jax.estimate import optimise as optimise
+    from mocap_jax.initialise import SensorCheck as SensorCheck
+    from mocap_jax.initialise import check_sensors as check_sensors
     from mocap_jax.io import export_motion as export_motion
     from mocap_jax.io import read_recording as read_recording
     from mocap_jax.io import read_solution as read_solution
@@ -67,6 +69,7 @@ _HOME = {
         "ConstantsOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions", "PriorOptions",
         "UserResidual", "check_residual", "ekf", "optimise",
     ),
+    "initialise": ("SensorCheck", "check_sensors"),
     "io": (
         "export_motion", "read_recording", "read_solution", "write_recording", "write_solution",
     ),

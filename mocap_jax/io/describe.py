@@ -31,6 +31,8 @@ def describe(path: str | os.PathLike[str]) -> str:
         InputError: the file is missing, of another kind, or wrong.
     """
     suffix = Path(path).suffix.lower()
+    if Path(path).is_dir():
+        raise InputError(f"{path}: this is a folder; name a file in it")
     if not Path(path).is_file():
         raise InputError(f"{path}: no such file")
     if suffix == ".mcap":
