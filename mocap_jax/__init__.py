@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from mocap_jax.motion import retarget as retarget
     from mocap_jax.recording import Recording as Recording
     from mocap_jax.recording import Setup as Setup
+    from mocap_jax.report import write_animation as write_animation
     from mocap_jax.report import write_report as write_report
     from mocap_jax.simulation import SimulationOptions as SimulationOptions
     from mocap_jax.simulation import simulate as simulate
@@ -76,7 +77,7 @@ _HOME = {
     "metrics": ("evaluate",),
     "motion": ("BUILTIN_MOTIONS", "Motion", "builtin_motion", "human", "load_motion", "retarget"),
     "recording": ("Recording", "Setup"),
-    "report": ("write_report",),
+    "report": ("write_animation", "write_report"),
     "simulation": ("SimulationOptions", "simulate"),
     "solution": ("Solution", "Status"),
     "trajectory": ("Trajectory",),

@@ -15,7 +15,7 @@ from mocap_jax.metrics.align import interpolate, truth_of
 from mocap_jax.metrics.evaluate import rotation_angle
 from mocap_jax.recording import Recording
 from mocap_jax.report.style import INK, MUTED, RC
-from mocap_jax.report.uncertainty import coordinate_std, relative_rotation_std
+from mocap_jax.report.uncertainty import cardan_std, coordinate_std, relative_rotation_std
 from mocap_jax.solution import Solution
 from mocap_jax.solution.anatomy import JointAngle, joint_angle_list
 from mocap_jax.solution.angles import joint_angles, root_relative_angles
@@ -87,7 +87,7 @@ def trunk_figure(
         figure = Figure(figsize=(10.5, 1.75 * rows + 0.5), layout="constrained")
         panels = figure.subplots(rows, len(shown), sharex=True, squeeze=False)
         for column, segment in enumerate(shown):
-            _angle_panels(panels[:3, column], segment, curves, truths, colours)
+            _angle_panels(panels[:3, column], segment, solutions, curves, truths, colours)
             named = panels[0, column].get_title(loc="left")
             panels[0, column].set_title(f"{_TRUNK_JOINTS[segment]}: {named}", color=INK)
             if truths:
@@ -118,6 +118,7 @@ def _shared_segments(solutions: dict[str, Solution], recording: Recording | None
 def _angle_panels(
     panels: np.ndarray,
     segment: str,
+    solutions: dict[str, Solution],
     curves: dict[str, Curves],
     truths: dict[str, Curves],
     colours: dict[str, str],
@@ -128,7 +129,11 @@ def _angle_panels(
             true = truths[name]
             _, near = root_relative_angles(true.body, true.R_world, segment)
         labels, angles = root_relative_angles(curve.body, curve.R_world, segment, near)
+        root = curve.body.topology.body_names[root_segment(curve.body.topology)]
+        std = cardan_std(solutions[name], segment, root, curve.rows)
         for axis, panel in enumerate(panels):
+            if std is not None:
+                _band(panel, curve.time, _shown(angles)[:, axis], std[:, axis], colours[name])
             if near is not None and not panel.get_lines():
                 panel.plot(curve.time, _shown(near)[:, axis], color=INK, lw=2.2, alpha=0.28,
                            label="truth")  # fmt: skip
@@ -136,6 +141,14 @@ def _angle_panels(
             panel.set_title(
                 labels[axis].replace("_", " ") + " [deg]", fontweight="normal", color=MUTED
             )
+
+
+def _band(panel: Axes, time: np.ndarray, degrees: np.ndarray, std: np.ndarray, colour: str) -> None:
+    """Two standard deviations to either side; the scale stays that of the curves."""
+    wide = np.minimum(np.rad2deg(2 * std), 180.0)
+    band = panel.fill_between(time, degrees - wide, degrees + wide, color=colour, alpha=0.15, lw=0)
+    band.remove()
+    panel.add_collection(band, autolim=False)
 
 
 def _shown(angles: np.ndarray) -> np.ndarray:
@@ -237,9 +250,7 @@ def _hinge_panel(
             values = values - _turns(values[:, None], drawn_truth[:, None])[0]
         std = _angle_std(solution, angle)
         if std is not None:
-            band = np.rad2deg(2 * std[curve.rows])
-            panel.fill_between(curve.time, values - band, values + band, color=colours[name],
-                               alpha=0.15, lw=0)  # fmt: skip
+            _band(panel, curve.time, values, std[curve.rows], colours[name])
         panel.plot(curve.time, values, color=colours[name], lw=1.0, label=name)
     panel.set_title(f"{title} [deg]")
 
@@ -250,13 +261,18 @@ def _one_angle(curves: Curves, name: str) -> np.ndarray | None:
 
 
 def _angle_std(solution: Solution, angle: JointAngle) -> np.ndarray | None:
-    """Stated standard deviation [rad] of a hinge; None for Cardan angles."""
+    """Stated standard deviation [rad] of a joint angle over all frames."""
     topology = solution.body.topology
     segment = angle.name.split("/")[0]
-    if angle.axis >= 0 or segment not in topology.body_names:
+    if segment not in topology.body_names:
         return None
-    joints = topology.joints_of_body(topology.body_index(segment))
-    hinges = [j for j in joints if topology.joint_types[j] == "hinge"]
+    b = topology.body_index(segment)
+    if angle.axis >= 0:
+        parent = topology.body_names[topology.body_parent[b]]
+        every = np.arange(len(solution.trajectory.time))
+        std = cardan_std(solution, segment, parent, every)
+        return None if std is None else std[:, angle.axis]
+    hinges = [j for j in topology.joints_of_body(b) if topology.joint_types[j] == "hinge"]
     return coordinate_std(solution, int(topology.joint_dof[hinges[0]])) if hinges else None
 
 

@@ -167,10 +167,10 @@ def plot_body(
     view = view or view_from(facing(body, R))
     shape = bones(body, R[0], p[0], anatomical_frames(body))
     root = p[0, root_segment(body.topology)]
-    _draw(axes, shape, root, view, at, colour, alpha, outline)
+    draw_bones(axes, shape, root, view, at, colour, alpha, outline)
 
 
-def _draw(
+def draw_bones(
     axes: Axes,
     shape: Bones,
     root: np.ndarray,
@@ -180,6 +180,7 @@ def _draw(
     alpha: float,
     outline: bool,
 ) -> None:
+    """Draw line segments as rounded strokes, far ones first (arguments as of `plot_body`)."""
     ground = np.array([root[0], root[1], 0.0])
     shift = np.array(at) - view.flat(ground[None])[0]
     start, end = view.flat(shape.start) + shift, view.flat(shape.end) + shift
@@ -238,23 +239,37 @@ def motion_strip(
         colour: of the estimate.
         width: of the figure [inch].
     """
-    time, q, reference_body, q_true = _frames_to_show(solution, reference, poses)
-    R, p = segment_poses(solution.body, q)
-    root = root_segment(solution.body.topology)
-    view = view_from(facing(solution.body, R))
-    frames = anatomical_frames(solution.body)
-    shapes = [bones(solution.body, R[k], p[k], frames) for k in range(len(q))]
-    low, high = _vertical_extent(shapes, p[:, root], view)
-    cell = max(0.62 * (high - low), 0.9 * _widest(shapes, p[:, root], view))
-    axes, figure = _strip_axes(cell * len(q), low, high, width)
-    ghosts = _ghosts(reference_body, q_true, p[:, root])
-    for k in range(len(q)):
+    time, shapes, ghosts, roots = shapes_over(solution, reference, poses)
+    view = view_from_front(solution)
+    low, high = _vertical_extent(shapes, roots, view)
+    cell = max(0.62 * (high - low), 0.9 * _widest(shapes, roots, view))
+    axes, figure = _strip_axes(cell * len(shapes), low, high, width)
+    for k, shape in enumerate(shapes):
         place = (cell * (k + 0.5), 0.0)
         if ghosts:
-            _draw(axes, ghosts[k], p[k, root], view, place, TRUTH, 1.0, outline=False)
-        _draw(axes, shapes[k], p[k, root], view, place, colour, 0.9, outline=True)
+            draw_bones(axes, ghosts[k], roots[k], view, place, TRUTH, 1.0, outline=False)
+        draw_bones(axes, shape, roots[k], view, place, colour, 0.9, outline=True)
         axes.text(place[0], low, f"{time[k]:.1f} s", ha="center", va="top", color=MUTED, size=9)
     return figure
+
+
+def view_from_front(solution: Solution) -> View:
+    """View of a solution's person, from the front and to one side, fixed over the motion."""
+    q = np.asarray(solution.trajectory.q)
+    some = q[np.linspace(0, len(q) - 1, min(len(q), 40)).astype(int)]
+    return view_from(facing(solution.body, segment_poses(solution.body, some)[0]))
+
+
+def shapes_over(
+    solution: Solution, reference: Recording | Solution | None, poses: int
+) -> tuple[np.ndarray, list[Bones], list[Bones], np.ndarray]:
+    """Evenly spaced moments: times, the estimate's bones, the reference's, and root positions."""
+    time, q, reference_body, q_true = _frames_to_show(solution, reference, poses)
+    R, p = segment_poses(solution.body, q)
+    frames = anatomical_frames(solution.body)
+    shapes = [bones(solution.body, R[k], p[k], frames) for k in range(len(q))]
+    roots = p[:, root_segment(solution.body.topology)]
+    return time, shapes, _ghosts(reference_body, q_true, roots), roots
 
 
 def _ghosts(body: Body | None, q: np.ndarray | None, roots: np.ndarray) -> list[Bones]:
