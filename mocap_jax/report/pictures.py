@@ -80,7 +80,7 @@ def _motion(
     ]  # fmt: skip
     return {
         "strips": strips,
-        "trunk": _picture(
+        "trunk": _raster(
             trunk_figure(solutions, palette, reference),
             "Rotation of head, right upper arm and left thigh relative to the root segment, as "
             "Z-X-Y Cardan angles (gaps: within 5 degrees of gimbal lock)." + against + band + (
@@ -89,7 +89,7 @@ def _motion(
             ) + " Pale stretch at the start: rest hold and blend, not scored. The layout of Vlasic "
             "2007, figure 6.",
         ),
-        "hinges": _picture(
+        "hinges": _raster(
             hinge_figure(solutions, palette, reference),
             "Flexion of elbows and knees." + against + band,
         ),

@@ -85,6 +85,21 @@
     }
   }
 
+  // Thin lines over everything: where the truth is, also where limbs hide it.
+  function drawLines(figure, frame, height, scale, middle, floor) {
+    const at = frame * figure.count * 3, p = figure.xyz;
+    const place = (i) => project(p[at + 3 * i] - p[at], p[at + 3 * i + 1] - p[at + 1],
+      p[at + 3 * i + 2] - p[at + 2] + height);
+    pen.strokeStyle = "#1f2933"; pen.lineWidth = 1.3;
+    for (const [i, j] of figure.strokes) {
+      const a = place(i), b = place(j);
+      pen.beginPath();
+      pen.moveTo(middle + scale * a[0], floor - scale * a[1]);
+      pen.lineTo(middle + scale * b[0], floor - scale * b[1]);
+      pen.stroke();
+    }
+  }
+
   function draw() {
     const ratio = window.devicePixelRatio || 1, w = canvas.clientWidth, h = canvas.clientHeight;
     if (canvas.width !== Math.round(w * ratio)) {
@@ -102,6 +117,11 @@
       const ghost = figure.name === "Truth" && shown.length > 1;
       pen.globalAlpha = ghost ? 1 : shown.length > 2 ? 0.75 : 0.9;
       drawFigure(figure, frame, lead.xyz[at + 2], scale, w / 2, floor, ghost);
+    }
+    pen.globalAlpha = 0.7;
+    for (const figure of shown) {
+      if (figure.name === "Truth" && shown.length > 1)
+        drawLines(figure, frame, lead.xyz[at + 2], scale, w / 2, floor);
     }
     pen.globalAlpha = 1;
     slider.value = frame;
