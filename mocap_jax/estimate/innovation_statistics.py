@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 
 from mocap_jax.body import Body
@@ -16,19 +14,16 @@ _NAMES = {"A": "accelerometer", "G": "gyroscope", "O": "orientation"}
 _OUTLIER = 3.0
 
 
-@dataclass
 class _Sums:
-    """Of one stream, over chunks; mean vectors have one entry per axis."""
+    """Of one stream, over chunks."""
 
-    count: int = 0
-    squared: float = 0.0
-    squared_units: float = 0.0
-    outliers: int = 0
-    lowered: int = 0
-    heard: int = 0
-    total: np.ndarray = field(default_factory=lambda: np.zeros(1))
-    total_units: np.ndarray = field(default_factory=lambda: np.zeros(1))
-    rows: int = 0
+    def __init__(self, axes: int) -> None:
+        self.count = self.rows = self.outliers = self.lowered = self.heard = 0
+        self.squared = 0.0
+        self.total = np.zeros(axes)
+        self.informed = np.zeros(axes)
+        """Of innovations times their information (inverse variance)."""
+        self.information = np.zeros(axes)
 
 
 class InnovationStatistics:
@@ -87,16 +82,17 @@ class InnovationStatistics:
     def _put(self, name: str, whitened: np.ndarray, plain: np.ndarray) -> None:
         """Add innovations of shape (t, axes)."""
         axes = whitened.shape[1]
-        sums = self._sums.setdefault(name, _Sums(total=np.zeros(axes), total_units=np.zeros(axes)))
+        sums = self._sums.setdefault(name, _Sums(axes))
         # Inactive entries are exactly zero; measured ones practically never are.
         used = whitened != 0
         sums.count += int(used.sum())
         sums.rows += int(used.any(axis=1).sum())
         sums.squared += float((whitened**2).sum())
-        sums.squared_units += float((plain**2).sum())
         sums.outliers += int((np.abs(whitened) > _OUTLIER).sum())
         sums.total += whitened.sum(axis=0)
-        sums.total_units += plain.sum(axis=0)
+        information = np.where(used, whitened / np.where(used, plain, 1.0), 0.0) ** 2
+        sums.informed += (information * np.where(used, plain, 0.0)).sum(axis=0)
+        sums.information += information.sum(axis=0)
 
     def table(self) -> dict[str, dict[str, float]]:
         """`{name: {"rms": ..., "count": ..., ...}}` of all that was measured.
@@ -116,9 +112,9 @@ def _row(sums: _Sums) -> dict[str, float]:
     size = lambda x: float(x[0]) if len(x) == 1 else float(np.linalg.norm(x))  # noqa: E731
     row |= {
         "rms": float(np.sqrt(sums.squared / sums.count)),
-        "rms_units": float(np.sqrt(sums.squared_units / sums.count)),
+        "rms_units": float(np.sqrt(sums.squared / sums.information.sum())),
         "bias": size(sums.total / sums.rows),
-        "bias_units": size(sums.total_units / sums.rows),
+        "bias_units": size(sums.informed / np.maximum(sums.information, 1e-300)),
         "outliers": sums.outliers / sums.count,
     }
     return row | ({"lowered": sums.lowered / sums.count} if sums.heard else {})

@@ -176,8 +176,8 @@ def _solution(solution: Solution) -> list[str]:
         f"covariance: {'every frame' if solution.covariance is not None else 'none'}",
     ]
     if solution.iterations:
-        lines.append(f"iterations: {solution.iterations}, cost {solution.cost[-1]:.6g}"
-                     if solution.cost else f"iterations: {solution.iterations}")  # fmt: skip
+        tried = f"iterations: {solution.iterations} (steps tried, all rounds)"
+        lines.append(f"{tried}, cost {solution.cost[-1]:.6g}" if solution.cost else tried)
     lines.append(
         f"time spent: {solution.seconds_solve:.2f} s solving, {solution.seconds_compile:.2f} s "
         "compiling"

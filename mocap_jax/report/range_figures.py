@@ -28,10 +28,9 @@ def _unused(row: dict[str, float]) -> float:
 _PANELS: tuple[tuple[str, _Value, str, Normalize, str, float], ...] = (
     ("Used (number)", lambda r: r.get("count", np.nan), "Greys", Normalize(0, 400), ".0f", 260.0),
     ("Bias [mm]", lambda r: 1e3 * r.get("bias_units", np.nan), "RdBu_r",
-     SymLogNorm(10.0, vmin=-300.0, vmax=300.0), "+.0f", 120.0),
+     SymLogNorm(10.0, vmin=-300.0, vmax=300.0), "+.0f", 100.0),
     ("RMS [mm]", lambda r: 1e3 * r.get("rms_units", np.nan), "YlGnBu", LogNorm(3.0, 600.0), ".0f",
      90.0),
-    ("RMS [sigma]", lambda r: r.get("rms", np.nan), "YlGnBu", LogNorm(0.3, 30.0), ".1f", 6.0),
     ("Discounted [%]", _unused, "OrRd", Normalize(0.0, 100.0), ".0f", 60.0),
 )  # fmt: skip
 
@@ -43,7 +42,7 @@ def range_matrices(solution: Solution) -> Figure | None:
         return None
     sources, receivers = range_ends(solution)
     with rc_context(RC):
-        figure = Figure(figsize=(12.5, 0.2 * len(receivers) + 1.5), layout="constrained")
+        figure = Figure(figsize=(10.5, 0.2 * len(receivers) + 1.3), layout="constrained")
         panels = figure.subplots(1, len(_PANELS), sharey=True, squeeze=False)[0]
         for panel, (title, value, colours, norm, form, dark) in zip(panels, _PANELS, strict=True):
             cells = np.array([
@@ -63,7 +62,7 @@ def range_matrices(solution: Solution) -> Figure | None:
 def _write_cells(panel: Axes, cells: np.ndarray, form: str, dark: float) -> None:
     for row, column in zip(*np.nonzero(np.isfinite(cells)), strict=True):
         x = cells[row, column]
-        panel.text(column, row, format(x, form), ha="center", va="center", size=6,
+        panel.text(column, row, format(x, form), ha="center", va="center", size=6.5,
                    color="white" if abs(x) > dark else INK)  # fmt: skip
 
 

@@ -81,7 +81,7 @@ def _constant_panel(
     keys = [f"{kind}/{sensor}" for sensor in sensors]
     known = all(key in truth for key in keys)
     if known:
-        panel.plot([factor * np.linalg.norm(truth[k]) for k in keys], rows, "o", ms=5.5,
+        panel.plot(np.array([factor * np.linalg.norm(truth[k]) for k in keys]), rows, "o", ms=5.5,
                    mfc=_DECLARED, mec=MUTED, label="declared (before any step)")  # fmt: skip
     for i, step in enumerate(steps):
         at = rows + 0.16 * (i - (len(steps) - 1) / 2)
@@ -90,7 +90,7 @@ def _constant_panel(
                 for k, c in zip(keys, centre, strict=True)]  # fmt: skip
         stated = [factor * np.linalg.norm(step.deviations.get(k, np.nan)) for k in keys]
         panel.barh(at, stated, 0.13, color=step.colour, alpha=0.25, lw=0)
-        panel.plot(size, at, "o", ms=4.5, color=step.colour, label=step.name)
+        panel.plot(np.array(size), at, "o", ms=4.5, color=step.colour, label=step.name)
     panel.set_yticks(rows, [plain_name(s) for s in sensors])
     panel.invert_yaxis()
     panel.set_xlim(left=0.0)

@@ -59,7 +59,7 @@ def embedded_raster(figure: Figure, dpi: float = 150.0) -> str:
         canvas.draw()
     picture = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
     buffer = io.BytesIO()
-    picture.quantize(256, Image.Quantize.FASTOCTREE).save(buffer, "PNG", optimize=True)
+    picture.quantize(256, Image.Quantize.MEDIANCUT).save(buffer, "PNG", optimize=True)
     return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
 
 

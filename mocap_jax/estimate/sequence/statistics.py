@@ -46,12 +46,13 @@ def _row(residual: np.ndarray, info: np.ndarray) -> dict[str, float]:
     """Statistics of residuals (n, axes), measured minus predicted."""
     squared = (residual**2).mean(-1)
     whitened = squared * info
-    means = residual.mean(0), (residual * np.sqrt(info)[:, None]).mean(0)
+    weighted = (residual * info[:, None]).sum(0) / info.sum()
+    means = weighted, (residual * np.sqrt(info)[:, None]).mean(0)
     bias_units, bias = (float(m[0]) if len(m) == 1 else float(np.linalg.norm(m)) for m in means)
     return {
         "rms": float(np.sqrt(whitened.mean())),
         "count": int(len(squared)),
-        "rms_units": float(np.sqrt(squared.mean())),
+        "rms_units": float(np.sqrt(whitened.sum() / info.sum())),
         "bias": bias,
         "bias_units": bias_units,
         "outliers": float((whitened > _OUTLIER).mean()),
