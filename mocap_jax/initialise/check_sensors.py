@@ -91,7 +91,8 @@ def check_sensors(
     sources with the declared pose and nominal mounting, and in the motion after it every gyroscope
     with its own accelerometer and with the sensors on neighbouring segments. Mounting and pose
     errors of a few degrees a joint, lengths wrong by a few per cent and places wrong by
-    centimetres are normal and not reported.
+    centimetres are normal and not reported. What cannot show in the readings is not found: a board
+    turned about the vertical at rest, a gyroscope's sign on a segment that hardly turns.
 
     Args:
         recording: measured streams and their set-up.

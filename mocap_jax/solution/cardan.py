@@ -5,9 +5,6 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-# Closer to gimbal lock than this, the outer two angles swing too freely to tell the solution [rad].
-_PASS = np.deg2rad(5.0)
-
 
 def cardan_zxy(R: Float[np.ndarray, "*b 3 3"]) -> Float[np.ndarray, "*b 3"]:
     """Angles (z, x, y) [rad] with R = Rz(z) Rx(x) Ry(y), x between -pi/2 and pi/2.
@@ -41,39 +38,11 @@ def wrap(angle: np.ndarray) -> np.ndarray:
 
 
 def continuous(angles: Float[np.ndarray, "t *b 3"]) -> Float[np.ndarray, "t *b 3"]:
-    """Choose, frame after frame, the solution and the turn nearest to the frame before.
-
-    Between two passes through gimbal lock, where the outer angles swing freely, the solution and
-    turn nearest to zero are kept: without this a trunk that bends past the lock and back would
-    stay half a turn off for the rest of the recording.
-    """
+    """Choose, frame after frame, the solution and the turn nearest to the frame before."""
     out = np.array(angles, float)
     for k in range(1, len(out)):
         out[k] = nearest_solution(out[k], out[k - 1])
-    columns = out.reshape(len(out), -1, 3)
-    for c in range(columns.shape[1]):
-        columns[:, c] = _settled(columns[:, c])
-    return columns.reshape(out.shape)
-
-
-def _settled(angles: Float[np.ndarray, "t 3"]) -> Float[np.ndarray, "t 3"]:
-    """One joint's angles, every stretch between gimbal locks brought near zero."""
-    side = np.where(locked(angles, _PASS), 0.0, np.sign(np.cos(angles[:, 1])))
-    out = angles.copy()
-    for stretch in np.split(np.arange(len(out)), np.flatnonzero(np.diff(side)) + 1):
-        if not len(stretch) or side[stretch[0]] == 0.0:
-            continue
-        piece = out[stretch]
-        choices = [x - _whole_turns(x) for x in (piece, other_solution(piece))]
-        out[stretch] = min(choices, key=lambda x: np.nanmean(x**2) if np.isfinite(x).any() else 0)
     return out
-
-
-def _whole_turns(angles: Float[np.ndarray, "t 3"]) -> Float[np.ndarray, "3"]:
-    """Turns that bring the middle of a stretch nearest to zero [rad]."""
-    finite = angles[np.isfinite(angles).all(axis=1)]
-    middle = np.median(finite, axis=0) if len(finite) else np.zeros(3)
-    return 2 * np.pi * np.round(middle / (2 * np.pi))
 
 
 def nearest_solution(
