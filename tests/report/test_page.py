@@ -145,16 +145,15 @@ def test_self_contained(full):
     assert [p.name for p in path.parent.iterdir()] == ["report.html"]
 
 
-def test_player_holds_the_motion(full, estimates):
+def test_player_holds_the_motion(full, estimates, body, truth):
     _, _, page = full
     data = json.loads(page.text_of["player-data"])
     assert [f["name"] for f in data["figures"]] == ["Truth", "Kalman filter", "Optimiser"]
-    figure = data["figures"][-1]
+    figure = data["figures"][0]
     points = np.frombuffer(base64.b64decode(figure["points"]), "<i2").reshape(
         len(data["time"]), figure["count"], 3
     )
-    body, q = estimates[1].body, np.asarray(estimates[1].trajectory.q)
-    _, p = segment_poses(body, q[[0, -1]])
+    _, p = segment_poses(body, np.asarray(truth.q)[[0, -1]])
     knee = p[:, body.topology.body_index("LeftLowerLeg")] - p[0, 1] * [1, 1, 0]
     for row, at in ((0, knee[0]), (-1, knee[1])):
         assert np.abs(points[row] / 1000 - at).max(axis=1).min() < 2e-3
