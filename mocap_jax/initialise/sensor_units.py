@@ -70,6 +70,7 @@ def rate_factors(evidence: Evidence) -> tuple[np.ndarray, list[str | None], np.n
     rate, force = evidence.rate[:, :steps], evidence.force[:, :steps] * evidence.gravity / norm
     factors = np.array([1.0, *_RATE_FACTORS])
     misfit = np.stack([_misfit(k * rate, force, rest) for k in factors])
+    misfit[:, ~np.isfinite(evidence.rate).any((1, 2))] = np.nan
     best = np.argmin(np.where(np.isfinite(misfit), misfit, np.inf), axis=0)
     clear = misfit.min(axis=0) ** 2 < _DECISIVE * misfit[0] ** 2
     chosen = np.where(clear, factors[best], 1.0)

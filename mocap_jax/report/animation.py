@@ -14,7 +14,8 @@ from PIL import Image
 from mocap_jax.errors import InputError
 from mocap_jax.io.atomic import atomic_file
 from mocap_jax.recording import Recording
-from mocap_jax.report.stick import draw_bones, shapes_over, view_from_front
+from mocap_jax.report.stick import draw_bones
+from mocap_jax.report.strip import shapes_over, view_from_front
 from mocap_jax.report.style import ESTIMATE, MUTED, TRUTH
 from mocap_jax.solution import Solution
 

@@ -13,7 +13,7 @@ from mocap_jax.report.range_figures import confidence_figure, range_matrices
 from mocap_jax.report.statistic_figures import cost_figure, residual_figure
 from mocap_jax.report.statistic_streams import source_colours, statistic_sources
 from mocap_jax.report.steps import constants_figure, rest_figure, steps_of
-from mocap_jax.report.stick import motion_strip
+from mocap_jax.report.strip import motion_strip
 from mocap_jax.report.style import embedded, embedded_raster
 from mocap_jax.solution import Solution
 

@@ -62,7 +62,8 @@ def range_matrices(solution: Solution) -> Figure | None:
 def _write_cells(panel: Axes, cells: np.ndarray, form: str, dark: float) -> None:
     for row, column in zip(*np.nonzero(np.isfinite(cells)), strict=True):
         x = cells[row, column]
-        panel.text(column, row, format(x, form), ha="center", va="center", size=6.5,
+        text = format(x, form) if abs(x) < 1000 else f"{x / 1000:.1f}k"
+        panel.text(column, row, text, ha="center", va="center", size=6.5,
                    color="white" if abs(x) > dark else INK)  # fmt: skip
 
 

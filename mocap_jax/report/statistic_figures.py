@@ -42,7 +42,10 @@ def residual_figure(solutions: dict[str, Solution], colours: dict[str, str]) -> 
 
 
 def _names(solutions: dict[str, Solution], kind: str) -> list[str]:
-    return list(dict.fromkeys(n for s in solutions.values() for n in sensors_of(s, kind)))
+    """Sensors that have statistics, in the order of the set-up where it names them."""
+    measured = dict.fromkeys(n for s in solutions.values() for n in sensors_of(s, kind))
+    worn = [s.name for s in next(iter(solutions.values())).setup.sensors]
+    return sorted(measured, key=lambda n: worn.index(n) if n in worn else len(worn))
 
 
 def cost_figure(solutions: dict[str, Solution], colours: dict[str, str]) -> Figure | None:

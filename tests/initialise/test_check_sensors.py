@@ -152,6 +152,19 @@ def test_silent_gyroscope_blames_itself_alone(recording, body):
     assert not check.exchanged and suspects(check) <= {"left_shank"}
 
 
+@pytest.mark.parametrize("absent", ["gyroscope", "accelerometer"])
+@pytest.mark.parametrize("boards", [["left_shank"], None], ids=["one", "all"])
+def test_absent_readings_are_no_fault(recording, body, absent, boards):
+    """Swaps of other boards are found from what is left."""
+    gone = {absent: np.full((3, 3), np.nan)}
+    less = renamed(recording, {"left_hand": "head", "head": "left_hand"})
+    for name in boards or recording.inertial:
+        less = changed(less, name, **gone)
+    check = check_sensors(less, body)
+    assert [set(group) for group in check.exchanged] == [{"left_hand", "head"}]
+    assert suspects(check) == {"left_hand", "head"}
+
+
 def test_without_rest_or_inertial_data_nothing_is_claimed(recording):
     moving = dataclasses.replace(
         recording,
