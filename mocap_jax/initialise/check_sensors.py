@@ -124,7 +124,10 @@ def _checked(evidence: Evidence, body: Body) -> SensorCheck:
         wrong_gravity, tilt = gravity_faults(evidence), tilts(evidence)
         reliable = np.array([w is None for w in wrong_rate]) | (factor != 1.0)
         costs = assignment_costs(evidence, world_rates(evidence, factor), body.topology)
-        costs = costs.without_motion_of(~np.isfinite(evidence.rate).any((1, 2)))
+        silent = ~np.isfinite(evidence.rate).any((1, 2))
+        costs = costs.without_motion_of(silent)
+        # Costs with and without motion do not compare: one silent board stays where it is.
+        reliable &= ~silent | silent.all()
         worn = _assignment(costs, tilt, reliable, evidence.declared)
     site = np.argsort(worn)
     faults: dict[str, tuple[str, ...]] = {}
