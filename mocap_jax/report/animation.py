@@ -15,7 +15,7 @@ from mocap_jax.errors import InputError
 from mocap_jax.io.atomic import atomic_file
 from mocap_jax.recording import Recording
 from mocap_jax.report.stick import draw_bones
-from mocap_jax.report.strip import shapes_over, view_from_front
+from mocap_jax.report.strip import shapes_over, vertical_extent, view_from_front, widest
 from mocap_jax.report.style import ESTIMATE, MUTED, TRUTH
 from mocap_jax.solution import Solution
 
@@ -73,18 +73,21 @@ def _pictures(
     count = max(int((float(span[-1]) - float(span[0])) * rate_hz), 2)
     time, shapes, ghosts, roots = shapes_over(solution, reference, count)
     view = view_from_front(solution)
-    height = round(1.45 * width)
+    low, high = vertical_extent(shapes, roots, view)
+    across = max(widest(shapes, roots, view), 0.75 * (high - low))
+    height = round(width * (high - low + 0.12) / across)
     figure = Figure(figsize=(width / 100, height / 100), dpi=100)
     canvas = FigureCanvasAgg(figure)
     pictures = []
     for k, shape in enumerate(shapes):
         figure.clear()
-        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(-0.8, 0.8), ylim=(-0.3, 2.02))
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(-across / 2, across / 2),
+                               ylim=(low - 0.12, high))  # fmt: skip
         axes.set_axis_off()
         if ghosts:
             draw_bones(axes, ghosts[k], roots[k], view, (0.0, 0.0), TRUTH, 1.0, outline=False)
         draw_bones(axes, shape, roots[k], view, (0.0, 0.0), colour, 0.9, outline=True)
-        axes.text(0.0, -0.26, f"{time[k]:.1f} s", ha="center", color=MUTED, size=9)
+        axes.text(0.0, low, f"{time[k]:.1f} s", ha="center", va="top", color=MUTED, size=9)
         canvas.draw()
         pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))
     return pictures

@@ -35,8 +35,8 @@ def motion_strip(
     """
     time, shapes, ghosts, roots = shapes_over(solution, reference, poses)
     view = view_from_front(solution)
-    low, high = _vertical_extent(shapes, roots, view)
-    cell = max(0.62 * (high - low), 0.9 * _widest(shapes, roots, view))
+    low, high = vertical_extent(shapes, roots, view)
+    cell = max(0.62 * (high - low), 0.9 * widest(shapes, roots, view))
     axes, figure = _strip_axes(cell * len(shapes), low, high, width)
     for k, shape in enumerate(shapes):
         place = (cell * (k + 0.5), 0.0)
@@ -96,12 +96,14 @@ def _relative(shape: Bones, root: np.ndarray, view: View) -> np.ndarray:
     return view.flat(points) - view.flat(ground[None])
 
 
-def _vertical_extent(shapes: list[Bones], roots: np.ndarray, view: View) -> tuple[float, float]:
+def vertical_extent(shapes: list[Bones], roots: np.ndarray, view: View) -> tuple[float, float]:
+    """Lowest and highest picture coordinate [m] of all shapes, with a margin."""
     heights = [_relative(s, r, view)[:, 1] for s, r in zip(shapes, roots, strict=True)]
     return min(h.min() for h in heights) - 0.12, max(h.max() for h in heights) + 0.16
 
 
-def _widest(shapes: list[Bones], roots: np.ndarray, view: View) -> float:
+def widest(shapes: list[Bones], roots: np.ndarray, view: View) -> float:
+    """Width [m] that holds every shape about its root's place, with a margin."""
     across = [_relative(s, r, view)[:, 0] for s, r in zip(shapes, roots, strict=True)]
     return 2 * max(float(np.abs(x).max()) for x in across) + 0.1
 
