@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import check_residual as check_residual
     from mocap_jax.estimate import ekf as ekf
     from mocap_jax.estimate import optimise as optimise
+    from mocap_jax.initialise import SensorCheck as SensorCheck
+    from mocap_jax.initialise import check_sensors as check_sensors
     from mocap_jax.io import export_motion as export_motion
     from mocap_jax.io import read_recording as read_recording
     from mocap_jax.io import read_solution as read_solution
@@ -56,6 +58,7 @@ if TYPE_CHECKING:
     from mocap_jax.motion import with_segment_lengths as with_segment_lengths
     from mocap_jax.recording import Recording as Recording
     from mocap_jax.recording import Setup as Setup
+    from mocap_jax.report import write_animation as write_animation
     from mocap_jax.report import write_report as write_report
     from mocap_jax.simulation import SimulationOptions as SimulationOptions
     from mocap_jax.simulation import simulate as simulate
@@ -71,6 +74,7 @@ _HOME = {
         "ConstantsOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions", "PriorOptions",
         "UserResidual", "check_residual", "ekf", "optimise",
     ),
+    "initialise": ("SensorCheck", "check_sensors"),
     "io": (
         "export_motion", "read_recording", "read_solution", "write_recording", "write_solution",
     ),
@@ -80,7 +84,7 @@ _HOME = {
         "retarget", "retarget_errors", "segment_lengths", "with_segment_lengths",
     ),
     "recording": ("Recording", "Setup"),
-    "report": ("write_report",),
+    "report": ("write_animation", "write_report"),
     "simulation": ("SimulationOptions", "simulate"),
     "solution": ("Solution", "Status"),
     "trajectory": ("Trajectory",),

@@ -22,6 +22,7 @@ from mocap_jax.cli.results import (
 from mocap_jax.errors import unknown_name
 
 if TYPE_CHECKING:
+    from mocap_jax.body import Body
     from mocap_jax.recording import Recording
 
 SUMMARY = "estimate the motion in a recording"
@@ -78,8 +79,9 @@ def run(arguments: argparse.Namespace) -> int:
 
     body = load_body(arguments.body) if arguments.body else None
     recording = read_input(source)
-    validate_recording(recording, body, name=str(source))
+    validate_recording(recording, body, name=str(source), body_name=arguments.body or "body.xml")
     _check_root(arguments, recording, source)
+    suspicions = _suspicions(recording, body, source)
     preset = PRESETS[arguments.preset or "default"]
     solution = solve(
         recording,
@@ -91,7 +93,7 @@ def run(arguments: argparse.Namespace) -> int:
         smooth=arguments.smooth,
         progress=sys.stderr.isatty(),
     )
-    remarks = tuple(dict.fromkeys((*solution.remarks, *recording.salvage)))
+    remarks = tuple(dict.fromkeys((*suspicions, *solution.remarks, *recording.salvage)))
     solution = dataclasses.replace(solution, remarks=remarks)
     print(describe_solution(solution))
     errors = errors_against_truth(solution, recording) if solution.status.ok else None
@@ -108,6 +110,16 @@ def run(arguments: argparse.Namespace) -> int:
     write_solution(output, solution)
     print(f"wrote {output}")
     return exit_code(recording)
+
+
+def _suspicions(recording: Recording, body: Body | None, source: Path) -> tuple[str, ...]:
+    """Sensors that look swapped, turned or of wrong unit: said at once, and again as remarks."""
+    from mocap_jax.initialise import check_sensors
+
+    sentences = check_sensors(recording, body).sentences
+    for sentence in sentences:
+        print(f"mocap-jax: warning: {source}: {sentence}", file=sys.stderr)
+    return sentences
 
 
 def _check_choices(arguments: argparse.Namespace) -> None:

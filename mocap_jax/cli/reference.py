@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from typing import TYPE_CHECKING
 
 from mocap_jax.errors import InputError
@@ -29,3 +30,18 @@ def read_reference(path: str | os.PathLike[str]) -> Recording | Solution:
             "simulated recording or a solution"
         )
     return recording
+
+
+def warn_of_strangers(
+    path: str, solution: Solution, reference_path: str, reference: Recording | Solution
+) -> None:
+    """Say on stderr where a solution does not seem to come from the reference's recording."""
+    from mocap_jax.metrics.relation import signs_of_another_recording
+
+    signs = signs_of_another_recording(solution, reference)
+    if signs:
+        print(
+            f"mocap-jax: warning: {path} and {reference_path} do not seem to be of the same "
+            f"recording: {'; '.join(signs)}",
+            file=sys.stderr,
+        )

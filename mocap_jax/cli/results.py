@@ -17,9 +17,14 @@ if TYPE_CHECKING:
 
 _HEADLINE = (
     ("orientation_error_mean_deg", "mean_observed", "observed joints [deg]"),
+    ("orientation_error_mean_deg", "mean_table1", "neck, shoulder, hip [deg]"),
     ("orientation_error_mean_deg", "mean", "all joints [deg]"),
-    ("orientation_error_mean_deg", "mean_table1", "table 1 [deg]"),
     ("position_error_mean_cm", "mean", "joint centres [cm]"),
+)
+_EXPLANATION = (
+    "Mean errors against the truth. Observed joints: between segments that carry sensors.\n"
+    "Neck, (right) shoulder, (left) hip: the three joints of table 1 in Vlasic et al. 2007,\n"
+    "relative to the root segment (mean_table1 in JSON)."
 )
 
 
@@ -64,13 +69,23 @@ def describe_solution(solution: Solution) -> str:
     """Status, effort, remarks and observed joints of a solution, for people."""
     lines = [
         f"{solution.method}: {solution.status.value}",
-        f"  {len(solution.trajectory.time)} frames, {solution.iterations} iterations, "
+        f"  {len(solution.trajectory.time)} frames, {_effort(solution)}"
         f"{solution.seconds_solve:.1f} s solving, {solution.seconds_compile:.1f} s compiling",
     ]
     lines += [f"  {remark}" for remark in solution.remarks]
     names = ", ".join(solution.observed) or "none"
     lines.append(f"  observed joints ({len(solution.observed)}): {names}")
     return "\n".join(lines)
+
+
+def _effort(solution: Solution) -> str:
+    """Steps an optimiser tried, with the limit, which holds for each round."""
+    if not solution.iterations:
+        return ""
+    solver = solution.options.get("solver")
+    limit = solver.get("max_iterations") if isinstance(solver, dict) else None
+    bound = f" (limit {limit} a round)" if limit else ""
+    return f"{solution.iterations} steps tried in all rounds{bound}, "
 
 
 def comparison_table(errors: Mapping[str, ErrorTable]) -> str:
@@ -86,6 +101,8 @@ def comparison_table(errors: Mapping[str, ErrorTable]) -> str:
             for metric, key, title in columns
         )
         lines.append(f"{name:<{width}}  {'  '.join(cells)}")
+    if any(c[1] == "mean_table1" for c in columns):
+        lines.append(_EXPLANATION)
     return "\n".join(lines)
 
 

@@ -114,7 +114,7 @@ def prepare(
     cast = lambda x: (  # noqa: E731
         jnp.asarray(x, dtype) if np.issubdtype(np.asarray(x).dtype, np.floating) else x
     )
-    statistics = InnovationStatistics(data, body, range_sites)
+    statistics = InnovationStatistics(data, body, range_sites, options.range_gate)
     return FilterRun(
         # The model's text would be part of the compilation key.
         jax.tree.map(cast, dataclasses.replace(rest.mounted(body), xml="")),

@@ -10,20 +10,37 @@ from mocap_jax.kalman import Innovation
 from mocap_jax.measurement import FrameData
 
 _NAMES = {"A": "accelerometer", "G": "gyroscope", "O": "orientation"}
+# Whitened size beyond which a value counts as an outlier.
+_OUTLIER = 3.0
+
+
+class _Sums:
+    """Of one stream, over chunks."""
+
+    def __init__(self, axes: int) -> None:
+        self.count = self.rows = self.outliers = self.lowered = self.heard = 0
+        self.squared = 0.0
+        self.total = np.zeros(axes)
+        self.informed = np.zeros(axes)
+        """Of innovations times their information (inverse variance)."""
+        self.information = np.zeros(axes)
 
 
 class InnovationStatistics:
-    """Sums over chunks of whitened innovations; a well-tuned filter has an RMS of one."""
+    """Sums over chunks of innovations; a well-tuned filter has a whitened RMS of one."""
 
-    def __init__(self, data: FrameData, body: Body, range_sites: tuple[int, ...]) -> None:
+    def __init__(
+        self, data: FrameData, body: Body, range_sites: tuple[int, ...], range_gate: float = 0.0
+    ) -> None:
         self._sensors = data.sensors
-        self._site_names = [body.topology.site_names[s] for s in range_sites]
         sensor_of = {site: name for name, site in zip(data.sensors, data.sites, strict=True)}
         self._range_names = [
             sensor_of.get(s, body.topology.site_names[s]).removeprefix("source/")
             for s in range_sites
         ]
-        self._sums: dict[str, list[float]] = {}
+        # Beyond this whitened size `kalman.correct` leaves less than half of a range's weight.
+        self._halved = range_gate * 2**0.25 if range_gate > 0 else np.inf
+        self._sums: dict[str, _Sums] = {}
         self.log_likelihood: dict[str, float] = {}
         """Of all innovations, by kind; the quantity that tuning maximises."""
 
@@ -36,37 +53,68 @@ class InnovationStatistics:
             likelihood = float(np.asarray(innovation.log_likelihood)[valid].sum())
             self.log_likelihood[kind] = self.log_likelihood.get(kind, 0.0) + likelihood
             whitened = np.asarray(innovation.whitened, float)
+            plain = np.asarray(innovation.residual, float)
             if kind in _NAMES:
-                self._add_sensors(kind, whitened.reshape(len(valid), -1, 3))
+                shape = (len(valid), -1, 3)
+                self._add_sensors(kind, whitened.reshape(shape), plain.reshape(shape))
             elif kind == "R":
-                self._put("root", whitened)
+                self._put("root", whitened, plain)
             else:
-                self._add_ranges(frames, whitened)
+                self._add_ranges(frames, whitened, plain)
         return skipped
 
-    def _add_sensors(self, kind: str, whitened: np.ndarray) -> None:
+    def _add_sensors(self, kind: str, whitened: np.ndarray, plain: np.ndarray) -> None:
         for i, sensor in enumerate(self._sensors):
-            self._put(f"{_NAMES[kind]}/{sensor}", whitened[:, i])
+            self._put(f"{_NAMES[kind]}/{sensor}", whitened[:, i], plain[:, i])
 
-    def _add_ranges(self, frames: FrameInput, whitened: np.ndarray) -> None:
-        used = whitened != 0
+    def _add_ranges(self, frames: FrameInput, whitened: np.ndarray, plain: np.ndarray) -> None:
+        heard = (np.asarray(frames.range_weight) > 0) & np.asarray(frames.valid)[:, None]
         source, receiver = np.asarray(frames.range_source), np.asarray(frames.range_receiver)
         pair = source * len(self._range_names) + receiver
-        for code in np.unique(pair[used]):
+        for code in np.unique(pair[heard]):
             s, r = divmod(int(code), len(self._range_names))
             name = f"range/{self._range_names[s]}-{self._range_names[r]}"
-            self._put(name, whitened[used & (pair == code)])
+            chosen = heard & (pair == code)
+            self._put(name, whitened[chosen][:, None], plain[chosen][:, None])
+            self._sums[name].heard += int(chosen.sum())
+            self._sums[name].lowered += int((np.abs(whitened[chosen]) > self._halved).sum())
 
-    def _put(self, name: str, whitened: np.ndarray) -> None:
+    def _put(self, name: str, whitened: np.ndarray, plain: np.ndarray) -> None:
+        """Add innovations of shape (t, axes)."""
+        axes = whitened.shape[1]
+        sums = self._sums.setdefault(name, _Sums(axes))
         # Inactive entries are exactly zero; measured ones practically never are.
-        sums = self._sums.setdefault(name, [0.0, 0.0])
-        sums[0] += float((whitened**2).sum())
-        sums[1] += float((whitened != 0).sum())
+        used = whitened != 0
+        sums.count += int(used.sum())
+        sums.rows += int(used.any(axis=1).sum())
+        sums.squared += float((whitened**2).sum())
+        sums.outliers += int((np.abs(whitened) > _OUTLIER).sum())
+        sums.total += whitened.sum(axis=0)
+        information = np.where(used, whitened / np.where(used, plain, 1.0), 0.0) ** 2
+        sums.informed += (information * np.where(used, plain, 0.0)).sum(axis=0)
+        sums.information += information.sum(axis=0)
 
     def table(self) -> dict[str, dict[str, float]]:
-        """`{name: {"rms": ..., "count": ...}}` of all that was measured."""
-        return {
-            name: {"rms": float(np.sqrt(total / count)), "count": count}
-            for name, (total, count) in sorted(self._sums.items())
-            if count
-        }
+        """`{name: {"rms": ..., "count": ..., ...}}` of all that was measured.
+
+        Keys as in `Solution.statistics`; a pair of which no range was used has its share alone.
+        """
+        return {name: _row(sums) for name, sums in sorted(self._sums.items())
+                if sums.count or sums.heard}  # fmt: skip
+
+
+def _row(sums: _Sums) -> dict[str, float]:
+    row: dict[str, float] = {"count": sums.count}
+    if sums.heard:
+        row |= {"heard": sums.heard, "rejected": 1 - sums.count / sums.heard}
+    if not sums.count:
+        return row
+    size = lambda x: float(x[0]) if len(x) == 1 else float(np.linalg.norm(x))  # noqa: E731
+    row |= {
+        "rms": float(np.sqrt(sums.squared / sums.count)),
+        "rms_units": float(np.sqrt(sums.squared / sums.information.sum())),
+        "bias": size(sums.total / sums.rows),
+        "bias_units": size(sums.informed / np.maximum(sums.information, 1e-300)),
+        "outliers": sums.outliers / sums.count,
+    }
+    return row | ({"lowered": sums.lowered / sums.count} if sums.heard else {})

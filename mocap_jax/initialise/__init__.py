@@ -1,5 +1,6 @@
 """First guesses: where the body is before it moves."""
 
+from mocap_jax.initialise.check_sensors import SensorCheck, check_sensors
 from mocap_jax.initialise.declared_pose import declared_pose
 from mocap_jax.initialise.rest_options import RestOptions
 from mocap_jax.initialise.rest_pose import RestEstimate, rest_pose
@@ -10,7 +11,9 @@ __all__ = [
     "RestEstimate",
     "RestOptions",
     "RestReadings",
+    "SensorCheck",
     "Still",
+    "check_sensors",
     "declared_pose",
     "find_still",
     "rest_pose",

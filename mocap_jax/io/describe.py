@@ -31,6 +31,8 @@ def describe(path: str | os.PathLike[str]) -> str:
         InputError: the file is missing, of another kind, or wrong.
     """
     suffix = Path(path).suffix.lower()
+    if Path(path).is_dir():
+        raise InputError(f"{path}: this is a folder; name a file in it")
     if not Path(path).is_file():
         raise InputError(f"{path}: no such file")
     if suffix == ".mcap":
@@ -174,8 +176,8 @@ def _solution(solution: Solution) -> list[str]:
         f"covariance: {'every frame' if solution.covariance is not None else 'none'}",
     ]
     if solution.iterations:
-        lines.append(f"iterations: {solution.iterations}, cost {solution.cost[-1]:.6g}"
-                     if solution.cost else f"iterations: {solution.iterations}")  # fmt: skip
+        tried = f"iterations: {solution.iterations} (steps tried, all rounds)"
+        lines.append(f"{tried}, cost {solution.cost[-1]:.6g}" if solution.cost else tried)
     lines.append(
         f"time spent: {solution.seconds_solve:.2f} s solving, {solution.seconds_compile:.2f} s "
         "compiling"

@@ -21,7 +21,10 @@ _QUATERNION_TOLERANCE = 1e-3
 
 
 def validate_recording(
-    recording: Recording, body: Body | None = None, name: str = "recording"
+    recording: Recording,
+    body: Body | None = None,
+    name: str = "recording",
+    body_name: str = "the given body",
 ) -> None:
     """Check that a recording can be estimated from.
 
@@ -29,6 +32,7 @@ def validate_recording(
         recording: what to check.
         body: the body whose sites carry the sensors; default the recording's own.
         name: what to call the recording in error messages, usually its file.
+        body_name: what to call a body that is given, usually its file.
 
     Raises:
         InputError: no body, no measurements, an empty stream, stamps that are not finite or go
@@ -36,6 +40,7 @@ def validate_recording(
             range, sensors, sources, receivers or joints that the body does not have (the valid
             ones are listed).
     """
+    at_fault = f"{name}: body.xml" if body is None else body_name
     body = body or _own_body(recording, name)
     if not recording.inertial and (recording.ranges is None or not len(recording.ranges.time)):
         raise InputError(f"{name}: neither inertial nor range measurements")
@@ -48,7 +53,7 @@ def validate_recording(
         _check_root(f"{name}: /root", recording.root)
     if recording.ranges is not None:
         _check_ranges(f"{name}: /range", recording.ranges)
-    _check_sites(recording, body, name)
+    _check_sites(recording, body, at_fault)
     _check_rest(recording, body, name)
 
 
@@ -177,7 +182,7 @@ def _check_ranges(where: str, ranges: RangeStream) -> None:
         )
 
 
-def _check_sites(recording: Recording, body: Body, name: str) -> None:
+def _check_sites(recording: Recording, body: Body, body_name: str) -> None:
     valid = body.topology.site_names
     site_of = {s.name: s.site for s in recording.setup.sensors}
     carriers = [("sensor", s) for s in recording.inertial]
@@ -188,7 +193,14 @@ def _check_sites(recording: Recording, body: Body, name: str) -> None:
     for what, carrier in carriers:
         site = site_of.get(carrier, carrier)
         if site not in valid:
-            raise InputError(f"{name}: {what} '{carrier}': {unknown_name('site', site, valid)}")
+            if not valid:
+                raise InputError(
+                    f"{body_name}: the body has no sites to carry the sensors; it needs one named "
+                    f"'{site}' for {what} '{carrier}', and so on"
+                )
+            raise InputError(
+                f"{body_name}: no place for {what} '{carrier}': {unknown_name('site', site, valid)}"
+            )
 
 
 def _check_rest(recording: Recording, body: Body, name: str) -> None:

@@ -16,6 +16,8 @@ from mocap_jax.kalman.state import State
 class Innovation(NamedTuple):
     """What one update saw, for statistics and tuning; inactive entries are zero."""
 
+    residual: Float[Array, "m"]
+    """Innovation: measured minus predicted."""
     whitened: Float[Array, "m"]
     """Innovation over its own predicted standard deviation."""
     nis: Float[Array, ""]
@@ -66,7 +68,7 @@ def correct(
     nis = y @ y
     count = active.sum()
     log_likelihood = -0.5 * (nis + count * jnp.log(2 * jnp.pi)) - jnp.log(jnp.diagonal(L)).sum()
-    innovation = Innovation(whitened, nis, log_likelihood, accepted)
+    innovation = Innovation(residual, whitened, nis, log_likelihood, accepted)
     return jnp.where(accepted, delta, 0.0), jnp.where(accepted, P_new, P), innovation
 
 

@@ -1,6 +1,8 @@
 """Pages and pictures for people."""
 
+from mocap_jax.report.animation import write_animation
 from mocap_jax.report.page import write_report
-from mocap_jax.report.stick import motion_strip, plot_body
+from mocap_jax.report.stick import plot_body
+from mocap_jax.report.strip import motion_strip
 
-__all__ = ["motion_strip", "plot_body", "write_report"]
+__all__ = ["motion_strip", "plot_body", "write_animation", "write_report"]

@@ -15,7 +15,7 @@ from mocap_jax.metrics.align import interpolate, truth_of
 from mocap_jax.metrics.evaluate import rotation_angle
 from mocap_jax.recording import Recording
 from mocap_jax.report.style import INK, MUTED, RC
-from mocap_jax.report.uncertainty import coordinate_std, relative_rotation_std
+from mocap_jax.report.uncertainty import cardan_std, coordinate_std, relative_rotation_std
 from mocap_jax.solution import Solution
 from mocap_jax.solution.anatomy import JointAngle, joint_angle_list
 from mocap_jax.solution.angles import joint_angles, root_relative_angles
@@ -38,7 +38,7 @@ _HINGES = {
     "RightLowerLeg": "Right knee",
     "LeftLowerLeg": "Left knee",
 }
-_MOST_POINTS = 1500
+_MOST_POINTS = 700
 _LOCK = np.deg2rad(5.0)
 
 
@@ -87,7 +87,7 @@ def trunk_figure(
         figure = Figure(figsize=(10.5, 1.75 * rows + 0.5), layout="constrained")
         panels = figure.subplots(rows, len(shown), sharex=True, squeeze=False)
         for column, segment in enumerate(shown):
-            _angle_panels(panels[:3, column], segment, curves, truths, colours)
+            _angle_panels(panels[:3, column], segment, solutions, curves, truths, colours)
             named = panels[0, column].get_title(loc="left")
             panels[0, column].set_title(f"{_TRUNK_JOINTS[segment]}: {named}", color=INK)
             if truths:
@@ -118,6 +118,7 @@ def _shared_segments(solutions: dict[str, Solution], recording: Recording | None
 def _angle_panels(
     panels: np.ndarray,
     segment: str,
+    solutions: dict[str, Solution],
     curves: dict[str, Curves],
     truths: dict[str, Curves],
     colours: dict[str, str],
@@ -128,7 +129,11 @@ def _angle_panels(
             true = truths[name]
             _, near = root_relative_angles(true.body, true.R_world, segment)
         labels, angles = root_relative_angles(curve.body, curve.R_world, segment, near)
+        root = curve.body.topology.body_names[root_segment(curve.body.topology)]
+        std = cardan_std(solutions[name], segment, root, curve.rows)
         for axis, panel in enumerate(panels):
+            if std is not None:
+                _band(panel, curve.time, _shown(angles)[:, axis], std[:, axis], colours[name])
             if near is not None and not panel.get_lines():
                 panel.plot(curve.time, _shown(near)[:, axis], color=INK, lw=2.2, alpha=0.28,
                            label="truth")  # fmt: skip
@@ -136,6 +141,14 @@ def _angle_panels(
             panel.set_title(
                 labels[axis].replace("_", " ") + " [deg]", fontweight="normal", color=MUTED
             )
+
+
+def _band(panel: Axes, time: np.ndarray, degrees: np.ndarray, std: np.ndarray, colour: str) -> None:
+    """Two standard deviations to either side; the scale stays that of the curves."""
+    wide = np.minimum(np.rad2deg(2 * std), 180.0)
+    band = panel.fill_between(time, degrees - wide, degrees + wide, color=colour, alpha=0.15, lw=0)
+    band.remove()
+    panel.add_collection(band, autolim=False)
 
 
 def _shown(angles: np.ndarray) -> np.ndarray:
@@ -196,8 +209,21 @@ def hinge_figure(
         down = -(-len(chosen) // across)
         figure = Figure(figsize=(10.5, 2.0 * down + 0.5), layout="constrained")
         panels = figure.subplots(down, across, sharex=True, squeeze=False)
+        drawn = {name: thinned(s) for name, s in solutions.items()}
+        true = next(iter(_truths(recording, drawn).values()), None)
+        angles = {name: _named_angles(curve) for name, curve in drawn.items()}
+        true_angles = _named_angles(true) if true is not None else {}
         for panel, (angle, title) in zip(panels.flat, chosen, strict=False):
-            _hinge_panel(panel, angle, title, solutions, colours, recording)
+            if true is not None and angle.name in true_angles:
+                panel.plot(true.time, true_angles[angle.name], color=INK, lw=2.2, alpha=0.28,
+                           label="truth")  # fmt: skip
+            for name, curve in drawn.items():
+                values = angles[name].get(angle.name)
+                if values is not None:
+                    near = true_angles.get(angle.name)
+                    _hinge_curve(panel, angle, curve, values, near, solutions[name], colours[name])
+                    panel.get_lines()[-1].set_label(name)
+            panel.set_title(f"{title} [deg]")
         for panel in panels[-1]:
             panel.set_xlabel("time [s]")
         _finish(figure, panels, solutions, recording)
@@ -214,50 +240,44 @@ def _chosen_angles(body: Body, shared: set[str]) -> list[tuple[JointAngle, str]]
     return chosen or generic
 
 
-def _hinge_panel(
+def _hinge_curve(
     panel: Axes,
     angle: JointAngle,
-    title: str,
-    solutions: dict[str, Solution],
-    colours: dict[str, str],
-    recording: Recording | None,
+    curve: Curves,
+    values: np.ndarray,
+    near: np.ndarray | None,
+    solution: Solution,
+    colour: str,
 ) -> None:
-    drawn_truth: np.ndarray | None = None
-    for name, solution in solutions.items():
-        curve = thinned(solution)
-        if drawn_truth is None and recording is not None and recording.truth is not None:
-            truth = truth_at(recording, curve)
-            drawn_truth = _one_angle(truth, angle.name)
-            if drawn_truth is not None:
-                panel.plot(truth.time, drawn_truth, color=INK, lw=2.2, alpha=0.28, label="truth")
-        values = _one_angle(curve, angle.name)
-        if values is None:
-            continue
-        if drawn_truth is not None:
-            values = values - _turns(values[:, None], drawn_truth[:, None])[0]
-        std = _angle_std(solution, angle)
-        if std is not None:
-            band = np.rad2deg(2 * std[curve.rows])
-            panel.fill_between(curve.time, values - band, values + band, color=colours[name],
-                               alpha=0.15, lw=0)  # fmt: skip
-        panel.plot(curve.time, values, color=colours[name], lw=1.0, label=name)
-    panel.set_title(f"{title} [deg]")
+    """One method's angle with its band, turned to be near another curve."""
+    if near is not None:
+        values = values - _turns(values[:, None], near[:, None])[0]
+    std = _angle_std(solution, angle, curve.rows)
+    if std is not None:
+        _band(panel, curve.time, values, std, colour)
+    panel.plot(curve.time, values, color=colour, lw=1.0)
 
 
-def _one_angle(curves: Curves, name: str) -> np.ndarray | None:
+def _named_angles(curves: Curves) -> dict[str, np.ndarray]:
+    """All joint angles [deg] by name."""
     names, angles = joint_angles(curves.body, Trajectory(curves.time, curves.q))
-    return np.rad2deg(angles[:, names.index(name)]) if name in names else None
+    return dict(zip(names, np.rad2deg(angles).T, strict=True))
 
 
-def _angle_std(solution: Solution, angle: JointAngle) -> np.ndarray | None:
-    """Stated standard deviation [rad] of a hinge; None for Cardan angles."""
+def _angle_std(solution: Solution, angle: JointAngle, rows: np.ndarray) -> np.ndarray | None:
+    """Stated standard deviation [rad] of a joint angle in some frames."""
     topology = solution.body.topology
     segment = angle.name.split("/")[0]
-    if angle.axis >= 0 or segment not in topology.body_names:
+    if segment not in topology.body_names:
         return None
-    joints = topology.joints_of_body(topology.body_index(segment))
-    hinges = [j for j in joints if topology.joint_types[j] == "hinge"]
-    return coordinate_std(solution, int(topology.joint_dof[hinges[0]])) if hinges else None
+    b = topology.body_index(segment)
+    if angle.axis >= 0:
+        parent = topology.body_names[topology.body_parent[b]]
+        std = cardan_std(solution, segment, parent, rows)
+        return None if std is None else std[:, angle.axis]
+    hinges = [j for j in topology.joints_of_body(b) if topology.joint_types[j] == "hinge"]
+    std = coordinate_std(solution, int(topology.joint_dof[hinges[0]])) if hinges else None
+    return None if std is None else std[rows]
 
 
 def _finish(

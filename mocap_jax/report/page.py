@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
 import jinja2
 import numpy as np
-from matplotlib.figure import Figure
 
 from mocap_jax.errors import InputError
+from mocap_jax.initialise import SensorCheck, check_sensors
 from mocap_jax.io.atomic import atomic_file
 from mocap_jax.metrics import ErrorTable, evaluate
 from mocap_jax.recording import Recording
 from mocap_jax.report import tables
-from mocap_jax.report.angle_figures import hinge_figure, trunk_figure
-from mocap_jax.report.statistic_figures import cost_figure, range_figure, residual_figure
-from mocap_jax.report.stick import motion_strip
-from mocap_jax.report.style import colours, embedded
+from mocap_jax.report.pictures import all_pictures
+from mocap_jax.report.player import player_data
+from mocap_jax.report.statistic_streams import statistic_sources
+from mocap_jax.report.style import colours
 from mocap_jax.solution import Solution
 
 _METHOD_NAMES = {
@@ -29,15 +28,6 @@ _METHOD_NAMES = {
     "optimise": "Optimiser",
     "orientation": "Orientations only",
 }
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A figure and what it shows."""
-
-    address: str
-    caption: str
-    title: str = ""
 
 
 def write_report(
@@ -90,15 +80,16 @@ def render(solutions: dict[str, Solution], recording: Recording | None) -> str:
         undefined=jinja2.StrictUndefined,
     )
     usable = {n: s for n, s in solutions.items() if _drawable(s)}
-    errors = _errors(usable, recording)
+    errors, palette = _errors(usable, recording), colours(list(solutions))
     return environment.get_template("page.html.j2").render(
         title=_title(solutions, recording),
         subtitle=_subtitle(solutions, recording),
         facts=_facts(solutions, recording, errors),
         cards=[_card(n, s, c) for (n, s), c in zip(
-            solutions.items(), colours(list(solutions)).values(), strict=True)],
+            solutions.items(), palette.values(), strict=True)],
+        check=_check(recording),
         salvage=recording.salvage if recording is not None else (),
-        colours=colours(list(solutions)),
+        colours=palette,
         headline=tables.headline_table(errors) if errors else None,
         root_relative=tables.root_table(errors) if errors else None,
         joints=tables.joint_table(errors) if errors else None,
@@ -107,9 +98,11 @@ def render(solutions: dict[str, Solution], recording: Recording | None) -> str:
             tables.consistency_table(usable, recording) if errors and recording else None
         ),
         scored=_scored(errors),
-        residuals=tables.residual_table(solutions),
+        observed=next((", ".join(e.observed) for e in errors.values()), ""),
+        residuals=tables.residual_table(statistic_sources(solutions)),
         calibration=tables.calibration_tables(solutions, recording),
-        **_pictures(usable, recording if errors else None, colours(list(solutions))),
+        player=player_data(usable, palette, recording if errors else None) if usable else None,
+        **all_pictures(usable, recording, palette, scored=bool(errors)),
     )  # fmt: skip
 
 
@@ -129,6 +122,16 @@ def _errors(solutions: dict[str, Solution], recording: Recording | None) -> dict
         except InputError:
             return {}
     return out
+
+
+def _check(recording: Recording | None) -> SensorCheck | None:
+    """The check of the sensors; None where there is nothing to check them with."""
+    if recording is None or not recording.inertial:
+        return None
+    try:
+        return check_sensors(recording)
+    except InputError:
+        return None
 
 
 def _title(solutions: dict[str, Solution], recording: Recording | None) -> str:
@@ -175,7 +178,7 @@ def _facts(
 def _card(name: str, solution: Solution, colour: str) -> dict[str, object]:
     facts = []
     if solution.iterations:
-        facts.append(("iterations", f"{solution.iterations}"))
+        facts.append(("steps tried, all rounds", f"{solution.iterations}"))
     if solution.cost:
         facts.append(("final cost", f"{solution.cost[-1]:.5g}"))
     if solution.seconds_solve:
@@ -201,56 +204,3 @@ def _scored(errors: dict[str, ErrorTable]) -> str:
         f"Scored over {first.frames} frames, {first.interval[0]:.2f} s to "
         f"{first.interval[1]:.2f} s, without the rest hold and the blend."
     )
-
-
-def _pictures(
-    solutions: dict[str, Solution], recording: Recording | None, palette: dict[str, str]
-) -> dict[str, object]:
-    """All figures of the page (None where there is nothing to show)."""
-    if not solutions:
-        return dict.fromkeys(("trunk", "hinges", "bars", "ranges", "cost")) | {"strips": []}
-    against = " Grey: truth." if recording is not None else ""
-    strips = [
-        _picture(
-            motion_strip(s, recording, colour=palette[n]),
-            "Eight moments, evenly spaced." + (
-                " The true pose stands grey behind, on the same root." if recording else ""
-            ),
-            n,
-        )
-        for n, s in solutions.items()
-    ]  # fmt: skip
-    return {
-        "strips": strips,
-        "trunk": _picture(
-            trunk_figure(solutions, palette, recording),
-            "Rotation of head, right upper arm and left thigh relative to the root, as Z-X-Y "
-            "Cardan angles (gaps: near gimbal lock)." + against + (
-                " Bottom: angle between the estimated and the true rotation; the tinted area is "
-                "twice the standard deviation that the covariance states." if recording else ""
-            ) + " Pale stretch at the start: rest hold and blend, not scored.",
-        ),
-        "hinges": _picture(
-            hinge_figure(solutions, palette, recording),
-            "Flexion of elbows and knees." + against
-            + " Band: two standard deviations to either side, where the solution states them.",
-        ),
-        "bars": _picture(
-            residual_figure(solutions, palette),
-            "Residuals divided by their declared standard deviation, root mean square. About 1 "
-            "(dashed) means that the noise figures hold; much more means an unmodelled error.",
-        ),
-        "ranges": _picture(
-            range_figure(solutions),
-            "The same for ultrasonic distances, by source (across) and receiver (down). Blank: "
-            "this pair was never used, because it was occluded or had no confidence.",
-        ),
-        "cost": _picture(
-            cost_figure(solutions, palette),
-            "Half the sum of squared whitened residuals after each iteration.",
-        ),
-    }  # fmt: skip
-
-
-def _picture(figure: Figure | None, caption: str, title: str = "") -> Picture | None:
-    return Picture(embedded(figure), caption, title) if figure is not None else None

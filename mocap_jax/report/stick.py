@@ -9,15 +9,11 @@ from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from mocap_jax.body import Body
-from mocap_jax.metrics.align import align
 from mocap_jax.metrics.evaluate import joint_centres
-from mocap_jax.recording import Recording
-from mocap_jax.report.style import ESTIMATE, INK, MUTED, TRUTH
-from mocap_jax.solution import Solution
+from mocap_jax.report.style import ESTIMATE
 from mocap_jax.solution.anatomy import anatomical_frames
 from mocap_jax.solution.poses import root_segment, segment_poses
 
@@ -167,10 +163,10 @@ def plot_body(
     view = view or view_from(facing(body, R))
     shape = bones(body, R[0], p[0], anatomical_frames(body))
     root = p[0, root_segment(body.topology)]
-    _draw(axes, shape, root, view, at, colour, alpha, outline)
+    draw_bones(axes, shape, root, view, at, colour, alpha, outline)
 
 
-def _draw(
+def draw_bones(
     axes: Axes,
     shape: Bones,
     root: np.ndarray,
@@ -180,6 +176,7 @@ def _draw(
     alpha: float,
     outline: bool,
 ) -> None:
+    """Draw line segments as rounded strokes, far ones first (arguments as of `plot_body`)."""
     ground = np.array([root[0], root[1], 0.0])
     shift = np.array(at) - view.flat(ground[None])[0]
     start, end = view.flat(shape.start) + shift, view.flat(shape.end) + shift
@@ -219,90 +216,3 @@ def _points_per_metre(axes: Axes) -> float:
     figure = axes.get_figure()
     dpi = figure.dpi if figure is not None else 100.0
     return float(box.width / dpi * _POINTS_PER_INCH / (high - low))
-
-
-def motion_strip(
-    solution: Solution,
-    reference: Recording | Solution | None = None,
-    *,
-    poses: int = 8,
-    colour: str = ESTIMATE,
-    width: float = 10.0,
-) -> Figure:
-    """A row of poses evenly spaced in time: the estimate in colour, the reference grey behind it.
-
-    Args:
-        solution: the estimate.
-        reference: a recording with truth, or another solution; None draws the estimate alone.
-        poses: how many.
-        colour: of the estimate.
-        width: of the figure [inch].
-    """
-    time, q, reference_body, q_true = _frames_to_show(solution, reference, poses)
-    R, p = segment_poses(solution.body, q)
-    root = root_segment(solution.body.topology)
-    view = view_from(facing(solution.body, R))
-    frames = anatomical_frames(solution.body)
-    shapes = [bones(solution.body, R[k], p[k], frames) for k in range(len(q))]
-    low, high = _vertical_extent(shapes, p[:, root], view)
-    cell = max(0.62 * (high - low), 0.9 * _widest(shapes, p[:, root], view))
-    axes, figure = _strip_axes(cell * len(q), low, high, width)
-    ghosts = _ghosts(reference_body, q_true, p[:, root])
-    for k in range(len(q)):
-        place = (cell * (k + 0.5), 0.0)
-        if ghosts:
-            _draw(axes, ghosts[k], p[k, root], view, place, TRUTH, 1.0, outline=False)
-        _draw(axes, shapes[k], p[k, root], view, place, colour, 0.9, outline=True)
-        axes.text(place[0], low, f"{time[k]:.1f} s", ha="center", va="top", color=MUTED, size=9)
-    return figure
-
-
-def _ghosts(body: Body | None, q: np.ndarray | None, roots: np.ndarray) -> list[Bones]:
-    """The reference's poses, each moved onto the estimate's root: they show pose, not drift."""
-    if body is None or q is None:
-        return []
-    R, p = segment_poses(body, q)
-    there = p[:, [root_segment(body.topology)]]
-    moved, frames = p + (roots[:, None] - there), anatomical_frames(body)
-    return [bones(body, R[k], moved[k], frames) for k in range(len(q))]
-
-
-def _frames_to_show(
-    solution: Solution, reference: Recording | Solution | None, poses: int
-) -> tuple[np.ndarray, np.ndarray, Body | None, np.ndarray | None]:
-    """Times, poses of the estimate, body and poses of the reference (None without one)."""
-    if reference is not None:
-        pair = align(solution, reference)
-        chosen = np.linspace(0, len(pair.time) - 1, min(poses, len(pair.time))).astype(int)
-        return pair.time[chosen], pair.q[chosen], pair.reference_body, pair.reference_q[chosen]
-    time, q = np.asarray(solution.trajectory.time), np.asarray(solution.trajectory.q)
-    inside = np.flatnonzero(time >= min(solution.setup.score_from, time[-1]))
-    chosen = inside[np.linspace(0, len(inside) - 1, min(poses, len(inside))).astype(int)]
-    return time[chosen], q[chosen], None, None
-
-
-def _relative(shape: Bones, root: np.ndarray, view: View) -> np.ndarray:
-    ground = np.array([root[0], root[1], 0.0])
-    points = np.concatenate([shape.start, shape.end, shape.heads])
-    return view.flat(points) - view.flat(ground[None])
-
-
-def _vertical_extent(shapes: list[Bones], roots: np.ndarray, view: View) -> tuple[float, float]:
-    heights = [_relative(s, r, view)[:, 1] for s, r in zip(shapes, roots, strict=True)]
-    return min(h.min() for h in heights) - 0.12, max(h.max() for h in heights) + 0.16
-
-
-def _widest(shapes: list[Bones], roots: np.ndarray, view: View) -> float:
-    across = [_relative(s, r, view)[:, 0] for s, r in zip(shapes, roots, strict=True)]
-    return 2 * max(float(np.abs(x).max()) for x in across) + 0.1
-
-
-def _strip_axes(length: float, low: float, high: float, width: float) -> tuple[Axes, Figure]:
-    bottom = low - 0.14
-    figure = Figure(figsize=(width, width * (high - bottom) / length))
-    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    axes.set_xlim(0.0, length)
-    axes.set_ylim(bottom, high)
-    axes.set_axis_off()
-    axes.axhline(low + 0.04, color=INK, linewidth=0.6, alpha=0.25, zorder=0)
-    return axes, figure

@@ -5,9 +5,12 @@ from __future__ import annotations
 import base64
 import io
 
+import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from PIL import Image
 
 INK, MUTED, RULE = "#1f2933", "#6b7785", "#d9dee4"
 TRUTH = "#9aa5b1"
@@ -46,6 +49,23 @@ def embedded(figure: Figure) -> str:
     with rc_context(RC):
         figure.savefig(buffer, format="svg", metadata={"Date": None})
     return "data:image/svg+xml;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+
+
+def embedded_raster(figure: Figure, dpi: float = 150.0) -> str:
+    """The same as a PNG picture of 256 colours: smaller where there are very many shapes."""
+    with rc_context(RC):
+        figure.set_dpi(dpi)
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+    picture = Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
+    buffer = io.BytesIO()
+    picture.quantize(256, Image.Quantize.MEDIANCUT).save(buffer, "PNG", optimize=True)
+    return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+
+
+def plain_name(name: str) -> str:
+    """A sensor's name for a figure; a dollar sign would start a formula."""
+    return name.replace("_", " ").replace("$", r"\$")
 
 
 def quiet_grid(axes: Axes) -> None:

@@ -9,13 +9,13 @@ import numpy as np
 from mocap_jax.errors import InputError
 from mocap_jax.metrics import ErrorTable, coverage, nees
 from mocap_jax.recording import Recording
-from mocap_jax.report.statistic_figures import KINDS, sensors_of
+from mocap_jax.report.statistic_streams import KINDS, sensors_of
 from mocap_jax.solution import Solution
 
 _HEADLINES = (
-    ("Observed joints, child in parent [deg]", "orientation_error_mean_deg", "mean_observed"),
-    ("Neck, right shoulder, left hip [deg]", "orientation_error_mean_deg", "mean_table1"),
-    ("All joints, child in parent [deg]", "orientation_error_mean_deg", "mean"),
+    ("Observed joints [deg]", "orientation_error_mean_deg", "mean_observed"),
+    ("Neck, right shoulder, left hip (table 1) [deg]", "orientation_error_mean_deg", "mean_table1"),
+    ("All joints [deg]", "orientation_error_mean_deg", "mean"),
     ("Segments, in the world [deg]", "segment_orientation_error_mean_deg", "mean"),
     ("Joint centres, from the root [cm]", "position_error_mean_cm", "mean"),
 )

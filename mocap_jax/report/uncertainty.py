@@ -10,7 +10,9 @@ from jaxtyping import Float
 
 from mocap_jax.body import Body, frames
 from mocap_jax.solution import Solution
-from mocap_jax.solution.poses import map_frames
+from mocap_jax.solution.anatomy import anatomical_frames
+from mocap_jax.solution.cardan import cardan_zxy
+from mocap_jax.solution.poses import map_frames, segment_poses
 
 
 @jax.jit
@@ -45,6 +47,48 @@ def relative_rotation_std(
         variance = np.einsum("tvi,tvw,twi->t", A, P, A, optimize=True)
         columns.append(np.sqrt(np.maximum(variance, 0.0)))
     return np.stack(columns, axis=1) if columns else np.zeros((len(P), 0))
+
+
+def cardan_std(
+    solution: Solution, segment: str, base: str, rows: np.ndarray
+) -> Float[np.ndarray, "t 3"] | None:
+    """Standard deviations [rad] of the Z-X-Y angles of a segment relative to another.
+
+    To first order: the rotation vector of the relative rotation, in the base's anatomical frame,
+    is R' A' delta (A as in `relative_rotation_std`), and moves the angles by the inverse of their
+    rotation axes. Near gimbal lock it grows without bound.
+
+    Args:
+        solution: with covariance; otherwise the result is None.
+        segment: name of the segment.
+        base: name of the segment it is relative to.
+        rows: frames wanted.
+    """
+    if solution.covariance is None:
+        return None
+    body, topology = solution.body, solution.body.topology
+    b, root = topology.body_index(segment), topology.body_index(base)
+    q = np.asarray(solution.trajectory.q)[rows]
+    axes = map_frames(_angular_screws, (dataclasses.replace(body, xml=""),), q)
+    moved = topology.body_dofs[b].astype(float) - topology.body_dofs[root]
+    R_world, _ = segment_poses(body, q)
+    anatomical = anatomical_frames(body)
+    R_world_base = R_world[:, root] @ anatomical[root]
+    R_base_segment = np.swapaxes(R_world_base, 1, 2) @ R_world[:, b] @ anatomical[b]
+    to_angles = np.linalg.pinv(_rotation_axes(cardan_zxy(R_base_segment)))
+    J = to_angles @ np.swapaxes(R_world_base, 1, 2) @ np.swapaxes(axes * moved[:, None], 1, 2)
+    variance = np.einsum("tav,tvw,taw->ta", J, np.asarray(solution.covariance)[rows], J,
+                         optimize=True)  # fmt: skip
+    return np.sqrt(np.maximum(variance, 0.0))
+
+
+def _rotation_axes(angles: Float[np.ndarray, "t 3"]) -> Float[np.ndarray, "t 3 3"]:
+    """Axes (columns) about which the three angles turn, in the base frame."""
+    z, x, _ = angles.T
+    zero, one = np.zeros_like(z), np.ones_like(z)
+    cz, sz, cx, sx = np.cos(z), np.sin(z), np.cos(x), np.sin(x)
+    columns = [[zero, zero, one], [cz, sz, zero], [-sz * cx, cz * cx, sx]]
+    return np.array(columns).transpose(2, 1, 0)
 
 
 def coordinate_std(solution: Solution, dof: int) -> Float[np.ndarray, "t"] | None:

@@ -25,7 +25,7 @@ class Status(Enum):
     CONVERGED = "Converged: the cost no longer decreases."
     FILTERED = "The filter processed every frame."
     SMOOTHED = "The filter and the backward smoother processed every frame."
-    MAX_ITERATIONS = "Stopped at the largest number of iterations before convergence."
+    MAX_ITERATIONS = "Stopped at the largest number of iterations of a round before convergence."
     STALLED = "Stopped: no step decreased the cost, although the gradient is not zero."
     DIVERGED = "Failed: the estimate became non-finite."
     SINGULAR = "Failed: the normal equations are singular, the data do not determine every pose."
@@ -54,13 +54,21 @@ class Solution:
     observed: tuple[str, ...] = ()
     """Bodies (child segments) whose joint the used sensors observe."""
     cost: tuple[float, ...] = ()
-    """Cost (half the sum of squared whitened residuals) after each iteration."""
+    """Cost (half the sum of squared whitened residuals) at the start of each round and after each
+    of its accepted steps."""
     iterations: int = 0
+    """Steps tried, rejected ones included, over all rounds (the limit holds for each round)."""
     seconds_solve: float = 0.0
     seconds_compile: float = 0.0
     statistics: dict[str, dict[str, float]] = field(default_factory=dict)
-    """Residual or innovation statistics: `{"accelerometer/<sensor>": {"rms": whitened RMS,
-    "count": n, ...}, "gyroscope/<sensor>": ..., "range/<source>-<receiver>": ...}`."""
+    """Of the optimiser's residuals, or of the filter's innovations (for the smoother: those of its
+    forward pass), by stream: `accelerometer/<sensor>`, `gyroscope/<sensor>`,
+    `range/<source>-<receiver>`, ... Each holds `rms` (whitened), `rms_units` (SI), `bias` and
+    `bias_units` (mean of measured minus predicted; of three axes the length of the mean vector),
+    `count` of the values used, and `outliers` (share beyond 3 sigma). Those in units weight values
+    by their precision, so that doubtful ranges count little. Ranges have `heard` (those with a
+    confidence above 0), `rejected` (share of these not used: receiver behind the source) and
+    `lowered` (share of those used whose weight the robust treatment lowers below half)."""
     calibration: dict[str, np.ndarray] = field(default_factory=dict)
     """Estimated constants by name: `gyroscope_bias/<sensor>` [rad/s], `accelerometer_bias/...`
     [m/s^2], `mounting_rotation/...` (rotation vector, rad, sensor frame)."""

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from mocap_jax.cli.main import VERBS, build_parser
 from mocap_jax.cli.parser import sensor_kinds
+from mocap_jax.cli.results import comparison_table, describe_solution
+from mocap_jax.io import read_solution, write_recording
+from mocap_jax.metrics import ErrorTable
 
 SALVAGED = 3
 
@@ -127,3 +132,48 @@ def test_traceback_only_when_asked_for(run, tmp_path):
     loud = run("info", tmp_path / "nowhere.mcap", "--traceback")
     assert "Traceback" not in quiet.err and "Traceback" in loud.err
     assert quiet.code == loud.code == 1
+
+
+def test_suspicious_sensors_are_named(run, recording, tmp_path):
+    """A board upside down: info says so, reconstruct warns and remarks, the exit code stays 0."""
+    board = recording.inertial["chest"]
+    flipped = dataclasses.replace(board, accelerometer=-np.asarray(board.accelerometer))
+    path = tmp_path / "flipped.mcap"
+    write_recording(
+        path, dataclasses.replace(recording, inertial=recording.inertial | {"chest": flipped})
+    )
+    info = run("info", path)
+    assert info.code == 0 and "sensor check: Sensor chest: gravity at rest is 180 deg" in info.out
+    made = run("reconstruct", path, "--method", "ekf", "--sensors", "A,G")
+    assert made.code == 0
+    assert made.err.startswith("mocap-jax: warning:") and "Sensor chest" in made.err
+    assert "Sensor chest" in made.out
+
+
+def test_info_finds_nothing_suspicious(run, recording_file):
+    assert "sensor check: nothing suspicious" in run("info", recording_file).out
+
+
+def test_evaluate_warns_of_another_recording(run, recording, reconstructed, tmp_path):
+    setup = dataclasses.replace(recording.setup, sensors=recording.setup.sensors[:1])
+    other = tmp_path / "other.mcap"
+    write_recording(other, dataclasses.replace(recording, setup=setup))
+    outcome = run("evaluate", reconstructed / "still.solution.mcap", other)
+    assert outcome.code == 0 and len(outcome.error_lines) == 1
+    assert "do not seem to be of the same recording: the sensors differ (chest" in outcome.err
+    own = run("evaluate", reconstructed / "still.solution.mcap", reconstructed / "still.mcap")
+    assert not own.err
+
+
+def test_comparison_explains_the_papers_joints():
+    errors = {"orientation_error_mean_deg": {"mean": 2.0, "mean_table1": 1.0}}
+    table = ErrorTable(errors, (), ("Head",), 10, (0.0, 1.0))
+    text = comparison_table({"ekf": table})
+    assert "neck, shoulder, hip [deg]" in text and "table 1 in Vlasic et al. 2007" in text
+
+
+def test_effort_counts_steps_of_all_rounds(reconstructed):
+    solution = read_solution(reconstructed / "still.solution.mcap")
+    assert "steps" not in describe_solution(solution)
+    tried = dataclasses.replace(solution, iterations=41, options={"solver": {"max_iterations": 30}})
+    assert "41 steps tried in all rounds (limit 30 a round)" in describe_solution(tried)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import re
 from pathlib import Path
 
 import numpy as np
@@ -135,6 +136,7 @@ def test_file_that_is_not_mcap(refused, tmp_path, verb, content):
 
 def test_folder_instead_of_a_file(refused, tmp_path):
     refused(["reconstruct", tmp_path, "-o", tmp_path / "a.mcap"], FAILURE, str(tmp_path))
+    refused(["info", tmp_path], FAILURE, "this is a folder")
 
 
 def test_output_folder_that_does_not_exist(refused, recording_file, tmp_path):
@@ -220,6 +222,13 @@ def test_body_that_is_none(refused, recording_file, tmp_path, text, word):
     body = tmp_path / "body.xml"
     body.write_text(text)
     refused(["reconstruct", recording_file, "--body", body], FAILURE, "body.xml", word)
+
+
+def test_body_without_sites_is_to_blame(refused, recording_file, recording, tmp_path):
+    body = tmp_path / "bare.xml"
+    body.write_text(re.sub("<site[^>]*/>", "", recording.body_xml))
+    arguments = ["reconstruct", recording_file, "--body", body]
+    refused(arguments, FAILURE, "bare.xml: the body has no sites", "'pelvis'")
 
 
 def test_missing_body(refused, recording_file, tmp_path):

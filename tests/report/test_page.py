@@ -1,7 +1,9 @@
 """The page: what it holds, what it leaves out, and that nothing outside is needed."""
 
+import base64
 import dataclasses
 import html.parser
+import json
 import re
 
 import numpy as np
@@ -11,8 +13,13 @@ from small_person import moved, person, person_xml, recording, setup, solution, 
 from mocap_jax.body import load_body
 from mocap_jax.errors import InputError
 from mocap_jax.metrics import evaluate
+from mocap_jax.recording import InertialStream, RangeStream, RestHold
 from mocap_jax.report import write_report
+from mocap_jax.report.statistic_streams import statistic_sources
+from mocap_jax.report.uncertainty import cardan_std
 from mocap_jax.solution import Status
+from mocap_jax.solution.angles import root_relative_angles
+from mocap_jax.solution.poses import segment_poses
 from mocap_jax.trajectory import Trajectory
 
 STATISTICS = {
@@ -34,12 +41,15 @@ class Page(html.parser.HTMLParser):
         self.addresses: list[str] = []
         self.headings: list[str] = []
         self.tags: set[str] = set()
+        self.text_of: dict[str, str] = {}
+        self._script = ""
         self.feed(text)
         assert not self.open
 
     def handle_starttag(self, tag, attributes):
         self.tags.add(tag)
-        if tag not in ("meta", "img", "br", "link"):
+        self._script = dict(attributes).get("id", "") if tag == "script" else ""
+        if tag not in ("meta", "img", "br", "link", "input"):
             self.open.append(tag)
         self.addresses += [v for k, v in attributes if k in ("src", "href", "data", "action")]
 
@@ -47,6 +57,8 @@ class Page(html.parser.HTMLParser):
         assert self.open.pop() == tag
 
     def handle_data(self, data):
+        if self._script:
+            self.text_of[self._script] = self.text_of.get(self._script, "") + data
         if self.open and self.open[-1] in ("h1", "h2", "h3"):
             self.headings.append(data.strip())
 
@@ -106,8 +118,9 @@ def test_sections_and_numbers(full, estimates, reference):
     _, text, page = full
     for heading in (
         "a person", "Kalman filter", "Optimiser", "Errors against the truth", "Motion",
-        "Joint angles", "Errors by joint", "Is the stated uncertainty honest?", "Residuals",
-        "Distances, by source and receiver", "Convergence", "Estimated sensor constants",
+        "Joint angles", "Errors by joint", "Is the stated uncertainty honest?",
+        "Residuals and innovations", "Distances, by source and receiver", "What each step found",
+        "Convergence", "Estimated sensor constants",
     ):  # fmt: skip
         assert heading in page.headings, heading
     for part in (
@@ -118,23 +131,86 @@ def test_sections_and_numbers(full, estimates, reference):
     for estimate in estimates:
         mean = evaluate(estimate, reference)["orientation_error_mean_deg"]["mean_observed"]
         assert f">{mean:.2f}<" in text
-    assert len(page.addresses) == 7
+    for group in ("Observed joints [deg]", "(table 1) [deg]", "All joints [deg]"):
+        assert group in text
+    assert "Vlasic et al. 2007 report in" in text
 
 
 def test_self_contained(full):
     path, text, page = full
-    assert page.addresses and all(
-        a.startswith("data:image/svg+xml;base64,") for a in page.addresses
-    )
-    assert "script" not in page.tags and "link" not in page.tags
+    kinds = ("data:image/svg+xml;base64,", "data:image/png;base64,")
+    assert page.addresses and all(a.startswith(kinds) for a in page.addresses)
+    assert "link" not in page.tags and len(text) < 3e6
     assert not re.search(r"https?://|@import|url\(", text)
     assert [p.name for p in path.parent.iterdir()] == ["report.html"]
+
+
+def test_player_holds_the_motion(full, estimates, body, truth):
+    _, _, page = full
+    data = json.loads(page.text_of["player-data"])
+    assert [f["name"] for f in data["figures"]] == ["Truth", "Kalman filter", "Optimiser"]
+    figure = data["figures"][0]
+    points = np.frombuffer(base64.b64decode(figure["points"]), "<i2").reshape(
+        len(data["time"]), figure["count"], 3
+    )
+    _, p = segment_poses(body, np.asarray(truth.q)[[0, -1]])
+    knee = p[:, body.topology.body_index("LeftLowerLeg")] - p[0, 1] * [1, 1, 0]
+    for row, at in ((0, knee[0]), (-1, knee[1])):
+        assert np.abs(points[row] / 1000 - at).max(axis=1).min() < 2e-3
+    assert all(max(i, j) < figure["count"] for i, j, _ in figure["strokes"])
+    assert data["time"][-1] == pytest.approx(float(estimates[1].trajectory.time[-1]), abs=1e-3)
+
+
+def test_smoother_is_not_credited_with_the_filters_innovations(estimates):
+    filtered, optimised = estimates
+    smoothed = dataclasses.replace(filtered, method="ekf_smoothed", status=Status.SMOOTHED)
+    three = {"Kalman filter": filtered, "Kalman smoother": smoothed, "Optimiser": optimised}
+    assert list(statistic_sources(three)) == ["Kalman filter: innovations", "Optimiser: residuals"]
+    alone = statistic_sources({"Kalman smoother": smoothed})
+    assert list(alone) == ["Kalman smoother: forward pass, innovations"]
+    silent = dataclasses.replace(filtered, statistics={})
+    assert not statistic_sources({"Kalman filter": silent})
+
+
+def test_confidences_and_suspicions_are_shown(tmp_path, estimates, reference):
+    """Ranges with a confidence, and a board whose accelerometer reads in g."""
+    n = 400
+    ranges = RangeStream(
+        np.linspace(0, 5.9, n), np.arange(n) % 2, np.arange(n) % 3, np.full(n, 0.5),
+        np.linspace(0, 1, n), ("source/belly", "source/hat"), ("pelvis", "head", "left_thigh"),
+    )  # fmt: skip
+    up = np.tile([0.0, 0.0, 1.0], (60, 1))
+    board = InertialStream(np.arange(60) / 10, up, 0.0 * up, np.full((60, 4), np.nan))
+    xml = person_xml().replace('<site name="pelvis"/>', '<site name="pelvis"/><site '
+                               'name="source/belly"/><site name="source/hat"/>')  # fmt: skip
+    worn = dataclasses.replace(
+        reference, ranges=ranges, inertial={"head": board}, body_xml=xml,
+        setup=dataclasses.replace(reference.setup, rest=RestHold(0.0, 1.0)),
+    )  # fmt: skip
+    text, page = written(tmp_path / "worn.html", estimates, worn)
+    assert "Confidence of the distances" in page.headings
+    assert "Check these sensors" in text and "Sensor head: accelerometer reads in g" in text
+
+
+def test_cardan_bands_follow_small_turns(body, truth):
+    """Stated deviations of hip angles against many drawn poses."""
+    random, sigma = np.random.default_rng(2), 0.01
+    q = np.asarray(truth.q)[[25]]
+    made = solution(body, Trajectory(np.zeros(1), q), covariance=sigma**2 * np.eye(body.nv)[None])
+    std = cardan_std(made, "LeftUpperLeg", "Pelvis", np.array([0]))[0]
+    draws = moved(body, np.repeat(q, 4000, 0), random.normal(0, sigma, (4000, body.nv)))
+    R, _ = segment_poses(body, draws)
+    _, angles = root_relative_angles(body, R, "LeftUpperLeg")
+    np.testing.assert_allclose(np.std(angles, axis=0), std, rtol=0.08)
 
 
 def test_without_truth_covariance_ranges(tmp_path, body, truth):
     _, page = written(tmp_path / "bare.html", solution(body, truth))
     assert {"Motion", "Joint angles"} <= set(page.headings)
-    absent = {"Errors against the truth", "Residuals", "Convergence", "Estimated sensor constants"}
+    absent = {
+        "Errors against the truth", "Residuals and innovations", "Convergence",
+        "Estimated sensor constants", "Confidence of the distances", "What each step found",
+    }  # fmt: skip
     assert not absent & set(page.headings)
     blind = dataclasses.replace(recording(truth), truth=None)
     _, page = written(tmp_path / "blind.html", solution(body, truth), blind)
@@ -164,7 +240,9 @@ def test_odd_names_are_text(tmp_path, truth, estimates):
     )
     subject = dataclasses.replace(recording(truth), subject=odd, salvage=(odd,))
     text, page = written(tmp_path / "odd.html", {odd: named}, subject)
-    assert "<script" not in text and "script" not in page.tags
+    # The player's data and code are all scripts there are, and none of it is from a file.
+    assert text.count("<script") == 2 and "<script>alert" not in text
+    assert page.text_of["player-data"] and json.loads(page.text_of["player-data"])["figures"]
     assert any("alert('x')" in h for h in page.headings)
 
 

@@ -1,0 +1,209 @@
+"""`check_sensors`: swapped sensors, wrong units and turned boards, before anything is estimated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mocap_jax.body import Body, load_body
+from mocap_jax.errors import InputError
+from mocap_jax.initialise.rest_options import RestOptions
+from mocap_jax.initialise.sensor_assignment import (
+    TURNED,
+    Costs,
+    assignment_costs,
+    exchanged,
+    tilts,
+)
+from mocap_jax.initialise.sensor_evidence import Evidence, gather_evidence, world_rates
+from mocap_jax.initialise.sensor_units import gravity_faults, rate_factors
+from mocap_jax.initialise.still import find_still
+from mocap_jax.recording import Recording
+
+# Tilt beyond which a board counts as upside down or of reversed sign [rad].
+_REVERSED = np.deg2rad(140.0)
+# Mean error of a sensor's distances at rest that no pose explains [m].
+_FAR = 0.3
+
+
+@dataclass(frozen=True)
+class SensorCheck:
+    """What `check_sensors` found."""
+
+    faults: dict[str, tuple[str, ...]]
+    """Sensor -> what seems wrong with its units, scale or mounting, in sentences."""
+    exchanged: tuple[tuple[str, ...], ...] = ()
+    """Groups of sensors that seem swapped: each fits the place of the next in its group, and the
+    last that of the first."""
+    measures: dict[str, dict[str, float]] = field(default_factory=dict)
+    """Sensor -> `gravity` [m/s^2] and `tilt_deg` (from the declared pose and mounting) at rest,
+    `distance_error` (mean, at rest [m]), `rate_misfit` [m/s^2] (see `rate_factors`); NaN where
+    there is nothing to tell."""
+    remarks: tuple[str, ...] = ()
+    """What could not be checked, and why."""
+
+    @property
+    def findings(self) -> dict[str, tuple[str, ...]]:
+        """Sensor -> all that seems wrong with it; empty for a sensor without a finding."""
+        out = {name: list(texts) for name, texts in self.faults.items()}
+        for group in self.exchanged:
+            for name, place in zip(group, (*group[1:], group[0]), strict=True):
+                out[name].insert(0, f"looks swapped: it fits the place of {place} clearly better")
+        return {name: tuple(texts) for name, texts in out.items()}
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing seems wrong."""
+        return not self.exchanged and not any(self.faults.values())
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """All findings, each once, with the sensors named."""
+        lines = []
+        for group in self.exchanged:
+            chain = [f"{a} fits the place of {b}" for a, b in zip(group, (*group[1:], group[0]),
+                                                                  strict=True)]  # fmt: skip
+            why = "each fits the other's place better" if len(group) == 2 else ", ".join(chain)
+            lines.append(f"Sensors {' and '.join(group)} look swapped: {why}.")
+        shared: dict[str, list[str]] = {}
+        for sensor, texts in self.faults.items():
+            for text in texts:
+                shared.setdefault(text, []).append(sensor)
+        for text, names in shared.items():
+            lines.append(f"Sensor{'s' * (len(names) > 1)} {', '.join(names)}: {text}.")
+        return tuple(lines)
+
+    def __str__(self) -> str:
+        lines = self.sentences or ("No sensor looks swapped, turned or of wrong unit.",)
+        return "\n".join([*lines, *self.remarks])
+
+
+def check_sensors(
+    recording: Recording,
+    body: Body | None = None,
+    *,
+    options: RestOptions = RestOptions(),  # noqa: B008  (frozen)
+) -> SensorCheck:
+    """Look for sensors that are swapped, turned, or read in wrong units.
+
+    Compares, at the rest hold, gravity in every sensor and its distances from the ultrasonic
+    sources with the declared pose and nominal mounting, and in the motion after it every gyroscope
+    with its own accelerometer and with the sensors on neighbouring segments. Mounting and pose
+    errors of a few degrees a joint, lengths wrong by a few per cent and places wrong by
+    centimetres are normal and not reported. What cannot show in the readings is not found: a board
+    turned about the vertical at rest, a gyroscope's sign on a segment that hardly turns.
+
+    Args:
+        recording: measured streams and their set-up.
+        body: nominal body whose sites carry the sensors; default the recording's own.
+        options: how to find a rest where none is declared.
+
+    Raises:
+        InputError: no body, a sensor without a site, or a declared pose that does not fit.
+    """
+    if body is None:
+        if recording.body_xml is None:
+            raise InputError("the recording has no body model (attachment body.xml); give one")
+        body = load_body(recording.body_xml)
+    if not recording.inertial:
+        return SensorCheck({}, remarks=("No inertial sensors to check.",))
+    still = find_still(recording, options)
+    if not still.still:
+        return SensorCheck(
+            dict.fromkeys(recording.inertial, ()),
+            remarks=("Sensors were not checked: no rest hold is declared, and the start is not "
+                     "still.",),
+        )  # fmt: skip
+    return _checked(gather_evidence(recording, body, still), body)
+
+
+def _checked(evidence: Evidence, body: Body) -> SensorCheck:
+    with np.errstate(invalid="ignore", divide="ignore"):
+        factor, wrong_rate, misfit = rate_factors(evidence)
+        wrong_gravity, tilt = gravity_faults(evidence), tilts(evidence)
+        reliable = np.array([w is None for w in wrong_rate]) | (factor != 1.0)
+        costs = assignment_costs(evidence, world_rates(evidence, factor), body.topology)
+        silent = ~np.isfinite(evidence.rate).any((1, 2))
+        costs = costs.without_motion_of(silent)
+        # Costs with and without motion do not compare: one silent board stays where it is.
+        reliable &= ~silent | silent.all()
+        worn = _assignment(costs, tilt, reliable, evidence.declared)
+    site = np.argsort(worn)
+    faults: dict[str, tuple[str, ...]] = {}
+    for i, name in enumerate(evidence.sensors):
+        texts = (wrong_gravity[i], wrong_rate[i], _turned(tilt[i, site[i]], evidence.declared),
+                 _far(evidence, i, int(site[i])))  # fmt: skip
+        faults[name] = tuple(t for t in texts if t is not None)
+    undeclared = "No rest pose is declared: sensors were compared with the body's reference pose."
+    return SensorCheck(
+        faults,
+        tuple(tuple(evidence.sensors[i] for i in group) for group in _cycles(site)),
+        _measures(evidence, np.diagonal(tilt), misfit),
+        () if evidence.declared else (undeclared,),
+    )
+
+
+def _assignment(costs: Costs, tilt: np.ndarray, reliable: np.ndarray, declared: bool) -> np.ndarray:
+    """Sensor at each site; boards that are turned in place do not speak for their neighbours."""
+    costs = costs.without_motion_of(~reliable)
+    worn = exchanged(costs, tilt, reliable)
+    turned = tilt[worn, np.arange(len(worn))] > _turn_limit(declared)
+    if not turned.any():
+        return worn
+    still_reliable = reliable & ~np.isin(np.arange(len(worn)), worn[turned])
+    return exchanged(costs.without_motion_of(~still_reliable), tilt, still_reliable)
+
+
+def _cycles(site: np.ndarray) -> list[list[int]]:
+    """Cycles of a permutation: each sensor fits the place of the next one."""
+    groups: list[list[int]] = []
+    for start in range(len(site)):
+        if site[start] == start or any(start in g for g in groups):
+            continue
+        group = [start]
+        while site[group[-1]] != start:
+            group.append(int(site[group[-1]]))
+        groups.append(group)
+    return groups
+
+
+def _turn_limit(declared: bool) -> float:
+    return TURNED if declared else 2 * TURNED
+
+
+def _turned(tilt: float, declared: bool) -> str | None:
+    """Gravity at rest is far from where the declared pose and mounting put it."""
+    if not tilt > _turn_limit(declared):
+        return None
+    guess = (
+        "board upside down, or sign of the accelerometer reversed"
+        if tilt > _REVERSED
+        else "board turned on its segment, or axes exchanged"
+    )
+    return f"gravity at rest is {np.rad2deg(tilt):.0f} deg from where it should be ({guess})"
+
+
+def _far(evidence: Evidence, sensor: int, site: int) -> str | None:
+    """Distances at rest fit no pose near the declared one."""
+    error = np.abs(evidence.distance[sensor] - evidence.expected[site])
+    seen = error[np.isfinite(error)]
+    if not evidence.declared or len(seen) < 2 or np.median(seen) < _FAR:
+        return None
+    return f"distances at rest are {100 * np.median(seen):.0f} cm off in the median"
+
+
+def _measures(
+    evidence: Evidence, tilt: np.ndarray, misfit: np.ndarray
+) -> dict[str, dict[str, float]]:
+    error = np.abs(evidence.distance - evidence.expected)
+    out = {}
+    for i, name in enumerate(evidence.sensors):
+        seen = error[i][np.isfinite(error[i])]
+        out[name] = {
+            "gravity": float(np.linalg.norm(evidence.rest_force[i])),
+            "tilt_deg": float(np.rad2deg(tilt[i])),
+            "distance_error": float(seen.mean()) if len(seen) else float("nan"),
+            "rate_misfit": float(misfit[i]),
+        }
+    return out
