@@ -135,14 +135,16 @@ def _parameters(
     density = jerk_density(body, options)
     density[~_seen(body, rest, recording)] = 0.0
     each = lambda sigma: jnp.full(sensors, sigma)  # noqa: E731
+    # A mismatch of a tenth is what the noise of a clean recording makes.
+    shown = max(rest.mismatch - 0.1, 0.0) / 0.9
     return Parameters(
         dynamics=_dynamics(body, options, rest, density, step),
         accelerometer_sigma=each(noise.accelerometer),
         gyroscope_sigma=each(noise.gyroscope),
         orientation_sigma=each(noise.orientation),
-        range_sigma=jnp.asarray(noise.range),
+        range_sigma=jnp.hypot(noise.range, shown * options.range_model),
         root_sigma=jnp.asarray([noise.root_position] * 3 + [noise.root_orientation] * 3),
-        lever_arm_sigma=jnp.asarray(options.lever_arm_sigma),
+        lever_arm_sigma=jnp.hypot(options.lever_arm_sigma, shown * options.lever_arm_model),
         mounting_sigma=jnp.asarray(_remaining_mounting(rest)),
         speed_of_sound=jnp.asarray(recording.setup.speed_of_sound),
     )

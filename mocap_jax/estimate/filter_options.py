@@ -50,6 +50,14 @@ class EkfOptions:
     lever_arm_sigma: float = 0.002
     """Error of sensor positions sigma_r [m]: the accelerometers' variance is raised by
     sigma_r^2 (|alpha|^2 + |w|^4)."""
+    lever_arm_model: float = 0.02
+    """The same for boards on a person, wobble on soft tissue included [m]. This and `range_model`
+    count as far as the rest hold shows errors at all: times 0 where gravity is where declared
+    pose and mounting have it, to 1 where they are off by 3 degrees or no hold is declared."""
+    range_model: float = 0.1
+    """Errors of distances beside their noise on a person: segment lengths, positions of boards and
+    sources, soft tissue [m]. They are centimetres, but last: taken for noise, which averages out,
+    they must count as more. Of 0.05, 0.1, 0.2 the best on the routine and 02_07 together."""
     range_gate: float = 4.0
     """Ranges whose innovation exceeds this many standard deviations are trusted less (multipath);
     0 switches it off."""

@@ -22,7 +22,8 @@ def rest_biases(
     """
     values, information = np.zeros(layout.constants), np.zeros(layout.constants)
     turn = options.constants.still_turn
-    if recording.setup.rest is None or not layout.use_border or turn <= 0:
+    rest = recording.setup.rest
+    if rest is None or rest.end <= rest.start or not layout.use_border or turn <= 0:
         return values, information
     still = find_still(recording, RestOptions())
     readings = rest_readings(recording, still, use_root=False)

@@ -44,6 +44,9 @@ class RestEstimate:
     """[rad/s]"""
     mounting_sigma: float
     """Standard deviation of mounting rotations, as the readings show it [rad]."""
+    mismatch: float
+    """How far the readings are from declared pose and mounting, 0 to 1: as a share of what pose and
+    mounting errors of the expected size make; 1 where no hold was declared."""
     accelerometer_bias_std: Float[np.ndarray, "s 3"]
     gyroscope_bias_std: Float[np.ndarray, "s 3"]
     mounting_std: Float[np.ndarray, "s 3"]
@@ -154,8 +157,10 @@ class _Problem:
         s, nv = len(self.sites), self.body.nv
         centre = self._with_root(declared)
         sigma = self._sigmas(1.0)
+        mismatch = 1.0
         if self.options.adapt and self.still.declared and s:
-            sigma = self._sigmas(self._mismatch(centre, sigma))
+            mismatch = self._mismatch(centre, sigma)
+            sigma = self._sigmas(mismatch)
         q, extra = centre, np.zeros(6 * s)
         for _ in range(_ITERATIONS):
             normal, gradient = self._normal(centre, q, extra, sigma)
@@ -172,6 +177,7 @@ class _Problem:
             "mounting_rotation": extra[: 3 * s].reshape(s, 3),
             "accelerometer_bias": extra[3 * s :].reshape(s, 3),
             "mounting_sigma": float(sigma[nv]) if s else 0.0,
+            "mismatch": mismatch,
             "mounting_std": std[0],
             "accelerometer_bias_std": std[1],
         }
