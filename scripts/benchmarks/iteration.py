@@ -22,7 +22,7 @@ def over_lapack() -> Metric:
     """Iteration without border over dpbtrf + dpbtrs of the same band matrix."""
     times, context = _measure()
     return Metric(
-        "optimise_iteration_over_lapack", times["plain"] / times["lapack"], "ratio", "lower", 4.0,
+        "optimise_iteration_over_lapack", times["plain"] / times["lapack"], "ratio", "lower", 2.5,
         context | {"iteration_s": times["plain"], "lapack_s": times["lapack"]},
     )  # fmt: skip
 
@@ -31,7 +31,7 @@ def border_ratio() -> Metric:
     """Iteration with the sensors' constants over the one without."""
     times, context = _measure()
     return Metric(
-        "border_cost_ratio", times["border"] / times["plain"], "ratio", "lower", 4.0,
+        "border_cost_ratio", times["border"] / times["plain"], "ratio", "lower", 3.0,
         context | {"with_border_s": times["border"], "without_s": times["plain"]},
     )  # fmt: skip
 

@@ -41,6 +41,6 @@ def peak_memory() -> Metric:
     found = json.loads(done.stdout.splitlines()[-1])
     peak = found.pop("peak_gb")
     return Metric(
-        "peak_memory_gb_20000_frames", peak, "GB", "lower", 8.0,
+        "peak_memory_gb_20000_frames", peak, "GB", "lower", 6.0,
         found | recordings.size(recording),
     )  # fmt: skip

@@ -9,7 +9,8 @@ import jax
 import numpy as np
 
 from mocap_jax.body import load_body
-from mocap_jax.estimate.initial_guess import constants_from, on_grid
+from mocap_jax.estimate.constant_names import constants_from
+from mocap_jax.estimate.initial_guess import on_grid
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State
 from mocap_jax.estimate.sequence.terms import build
 from mocap_jax.estimate.whole_sequence import _Run
@@ -61,11 +62,12 @@ def prepare(recording: Recording, frames: int, *, border: bool) -> Prepared:
     whole = gather(recording, body)
     data = jax.tree.map(lambda x: x[-frames:] if np.ndim(x) else x, whole)
     built = build(data, body, recording.setup, options, root_given=True)
-    run = _Run(body, data, built, options)
+    run = _Run(recording, body, data, built, options)
     if built.layout.use_border != border:
         raise RuntimeError(f"the problem should{'' if border else ' not'} have a border")
     truth = true_poses(recording)
-    state = State(on_grid(truth, body, np.asarray(data.time)), constants_from(truth, data.sensors))
+    constants = constants_from(truth, data.sensors, built.layout)
+    state = State(on_grid(truth, body, np.asarray(data.time)), constants)
     run._set_levels(state, 0, last=True)
     present = int((np.asarray(data.range_weight) > 0).sum())
     context = {

@@ -22,7 +22,7 @@ SECONDS = 10.0
 def cold_start() -> Metric:
     """Process start to result with an empty compilation cache."""
     cold, _, context = _two_processes()
-    return Metric("cold_start_s", cold, "s", "lower", 60.0, context)
+    return Metric("cold_start_s", cold, "s", "lower", 40.0, context)
 
 
 def warm_overhead() -> Metric:
@@ -30,7 +30,7 @@ def warm_overhead() -> Metric:
     _, warm, context = _two_processes()
     steady = _steady_state()
     return Metric(
-        "warm_overhead_s", warm - steady, "s", "lower", 15.0,
+        "warm_overhead_s", warm - steady, "s", "lower", 8.0,
         context | {"warm_start_s": warm, "steady_state_s": steady},
     )  # fmt: skip
 

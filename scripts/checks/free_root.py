@@ -96,8 +96,7 @@ def _model(
     slope, slope_z = model_gradient(problem.layout, chunks, problem.weights, x, z, offset=offset)
     if problem.layout.use_border:
         _, prior, square = problem._prior(case.state.constants)
-        pull = np.einsum("sij,sj->si", square, z.reshape(prior.shape)) + offset * prior
-        slope_z = slope_z + pull.ravel()
+        slope_z = slope_z + square @ z + offset * prior
     return slope, slope_z
 
 
@@ -173,14 +172,14 @@ def _truth(
 
 @partial(jax.jit, static_argnums=0)
 def _rows(
-    border: bool, body: Body, constants: Constants, window: jax.Array, data: dict[str, jax.Array]
+    layout: Layout, body: Body, constants: Constants, window: jax.Array, data: dict[str, jax.Array]
 ) -> tuple[jax.Array, jax.Array]:
     """Whitened residuals (t, n) of windows of three frames and their Jacobians (t, n, 18 + 12)."""
     h = jnp.asarray(1 / RATE_HZ)
 
     def residual(delta: jax.Array, q: jax.Array, d: dict[str, jax.Array]) -> jax.Array:
         poses = jax.vmap(lambda a, b: retract(body.topology, a, b))(q, delta[:18].reshape(3, 6))
-        c = moved_constants(constants, delta[18:][None]) if border else constants
+        c = moved_constants(layout, constants, delta[18:]) if layout.use_border else constants
         R, p = jax.vmap(lambda x: site_frames(body, x))(poses)
         p = p[:, 0] + R[:, 0] @ c.offset[0]
         R = R[:, 0] @ c.mounting[0]
@@ -195,7 +194,7 @@ def _rows(
             d["reference_root"] * difference(body.topology, body.qpos0, poses[0]),
         ])  # fmt: skip
 
-    zero = jnp.zeros(18 + 12 * border)
+    zero = jnp.zeros(18 + layout.constants)
     value = jax.vmap(lambda q, d: residual(zero, q, d))(window, data)
     jacobian = jax.vmap(lambda q, d: jax.jacfwd(residual)(zero, q, d))(window, data)
     return value, jacobian
@@ -226,7 +225,8 @@ def reference_step(case: FreeRoot, *, border: bool) -> tuple[np.ndarray, np.ndar
     constants and the right-hand side; the rows of the next frame are stacked below it.
     """
     value, jacobian = (
-        np.asarray(x) for x in _rows(border, case.body, case.state.constants, *_windows(case))
+        np.asarray(x)
+        for x in _rows(case.problem.layout, case.body, case.state.constants, *_windows(case))
     )
     t, m = len(value), 12 * border
     carry = np.zeros((0, 12 + m + 1), np.longdouble)

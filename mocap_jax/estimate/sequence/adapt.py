@@ -119,7 +119,7 @@ def prior_information(levels: Levels, layout: Layout, repeats: float) -> np.ndar
     there were `repeats` times as many: the priors, which constants are weighed against, count as
     often.
     """
-    sigma = np.empty(layout.constants)
+    sigma = np.empty(CONSTANTS_PER_SENSOR * len(layout.sites) + layout.geometry)
     for name, at in constant_cells(layout).items():
         sigma[at] = getattr(levels, name)
     return _counts(levels, layout, repeats) / np.maximum(sigma, 1e-7) ** 2

@@ -39,6 +39,11 @@ class ChunkSystem(NamedTuple):
     geometry: GeometryInformation
     cost: Float[Array, ""]
 
+    @property
+    def border_parts(self) -> tuple[Array, Array, Array, Array]:
+        """What `chunk_border` takes."""
+        return self.border, self.screws, self.range_border, self.geometry.border
+
 
 def _core(layout: Layout, q: Array) -> slice:
     return slice(layout.halo, q.shape[0] - layout.halo)

@@ -48,6 +48,5 @@ def _run(problem: SequenceProblem) -> None:
     with contextlib.suppress(Exception):
         out = assemble_chunk(layout, *arguments)
         if layout.use_border:
-            compact = (out.border, out.screws, out.range_border, out.geometry.border)
-            chunk_border(layout, *(np.asarray(x) for x in compact))
+            chunk_border(layout, *out.border_parts)
         jax.block_until_ready(evaluate_chunk(layout, *arguments))

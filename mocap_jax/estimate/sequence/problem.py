@@ -23,6 +23,7 @@ from mocap_jax.estimate.sequence.assemble import (
     ChunkSystem,
     ChunkValues,
     assemble_chunk,
+    chunk_border,
     cut,
     evaluate_chunk,
     pad_frames,
@@ -166,15 +167,16 @@ class SequenceProblem:
         border = Border(self.layout, compact) if self.layout.use_border else None
         m = self.layout.constants
         corner, slope, cost = np.zeros((m, m)), np.zeros(m), 0.0
-        for first, out in self._systems(state):
-            rows = slice(first, first + self.layout.chunk)
+        for i, (out, spread) in enumerate(self._systems(state, spread=follow is not None)):
+            rows = slice(i * self.layout.chunk, (i + 1) * self.layout.chunk)
             self._lower[rows] = out.lower
             gradient[rows] = out.gradient
             cost += float(out.cost)
-            if self.layout.use_border:
+            if border is not None:
                 _add_corner(out, corner, slope)
-                blocks = (out.border, out.screws, out.range_border, out.geometry.border)
-                compact.append(tuple(np.asarray(x) for x in blocks))
+                compact.append(tuple(np.asarray(x) for x in out.border_parts))
+                if spread is not None:
+                    border.prepare(i, spread)
             if follow is not None:
                 follow(lower, border, min(rows.stop, self.frames))
         gradient = gradient[: self.frames]
@@ -208,12 +210,19 @@ class SequenceProblem:
         e = self.linearise(state)
         return e, linalg.factor(e.lower, e.corner, e.border, damping=damping, overwrite=True)
 
-    def _systems(self, state: State) -> Iterator[tuple[int, ChunkSystem]]:
-        """Chunk systems in order; the next one is computed while the caller copies this one."""
-        pending: list[tuple[int, ChunkSystem]] = []
-        for i, arguments in enumerate(self._inputs(state)):
+    def _systems(
+        self, state: State, *, spread: bool
+    ) -> Iterator[tuple[ChunkSystem, jax.Array | None]]:
+        """Chunk systems in order, and their border blocks if they are to be spread out.
+
+        The next one is computed while the caller uses this one; border blocks are asked for before
+        that, or they would queue behind it.
+        """
+        pending: list[tuple[ChunkSystem, jax.Array | None]] = []
+        for arguments in self._inputs(state):
             out = assemble_chunk(self.layout, *arguments, self.weights)
-            pending.append((i * self.layout.chunk, out))
+            wanted = spread and self.layout.use_border
+            pending.append((out, chunk_border(self.layout, *out.border_parts) if wanted else None))
             if len(pending) > 1:
                 yield pending.pop(0)
         yield from pending
