@@ -84,6 +84,8 @@ def filter_frame(
         c = chain(body, carry[0].q, carry[0].v, carry[0].a)
         return jax.lax.switch(i, branches, c, *carry)
 
+    if not branches:
+        return _choose(frame.valid, current, state), {}
     carry = (current, _no_innovations(branches, body, current))
     current, innovations = jax.lax.fori_loop(0, len(branches), take_in, carry)
     return _choose(frame.valid, current, state), innovations

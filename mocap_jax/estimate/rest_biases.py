@@ -7,9 +7,13 @@ import numpy as np
 from mocap_jax.estimate.sequence.adapt import constant_cells
 from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
-from mocap_jax.initialise import RestOptions, find_still, rest_readings
+from mocap_jax.initialise import RestOptions
+from mocap_jax.initialise.still import within
 from mocap_jax.measurement import FrameData
 from mocap_jax.recording import Recording
+
+# A hold of fewer readings is none; a larger mean rate is a turning person, not a bias [rad/s].
+_FEWEST, _LARGEST = 10, 0.15
 
 
 def rest_biases(
@@ -18,21 +22,26 @@ def rest_biases(
     """Readings of the constants from the declared rest hold, and their inverse variances (m,).
 
     A person who holds still turns by little in all, so a gyroscope's mean reading over the hold is
-    its bias, to `still_turn` over the duration. Zero information where there is no reading.
+    its bias, to `still_turn` over the duration. Zero information where a gyroscope was not read or
+    not still.
     """
     values, information = np.zeros(layout.constants), np.zeros(layout.constants)
     turn = options.constants.still_turn
     rest = recording.setup.rest
     if rest is None or rest.end <= rest.start or not layout.use_border or turn <= 0:
         return values, information
-    still = find_still(recording, RestOptions())
-    readings = rest_readings(recording, still, use_root=False)
-    order = [list(recording.inertial).index(name) for name in data.sensors]
-    rate = readings.rate[order]
-    white = recording.setup.noise.gyroscope**2 / readings.count[order]
-    variance = (turn / (still.end - still.start)) ** 2 + white
-    cells = constant_cells(layout)["gyroscope_bias"]
-    known = np.isfinite(rate).all(axis=1, keepdims=True) & np.ones(3, bool)
-    values[cells] = np.where(known, rate, 0.0).ravel()
-    information[cells] = np.where(known, 1 / variance[:, None], 0.0).ravel()
+    white = recording.setup.noise.gyroscope
+    cells = constant_cells(layout)["gyroscope_bias"].reshape(-1, 3)
+    for name, at in zip(data.sensors, cells, strict=True):
+        stream = recording.inertial[name]
+        held = within(stream, rest.start, rest.end)
+        time, rate = np.asarray(stream.time)[held], np.asarray(stream.gyroscope)[held]
+        known = np.isfinite(rate).all(axis=1)
+        time, rate = time[known], rate[known]
+        if len(time) < _FEWEST or rate.std(axis=0).max() > RestOptions().still_rate:
+            continue
+        values[at] = rate.mean(axis=0)
+        variance = (turn / (time[-1] - time[0])) ** 2 + white**2 / len(time)
+        if np.abs(values[at]).max() < _LARGEST:
+            information[at] = 1 / variance
     return values, information

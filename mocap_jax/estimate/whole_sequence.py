@@ -92,8 +92,10 @@ def optimise(
         run = _Run(recording, body, data, built, options, root_given=root_given)
         if initial is None:
             programs = CompileAhead(run.problem)
-            initial = _initial(recording, body, options, progress=progress)
-            programs.wait()
+            try:
+                initial = _initial(recording, body, options, progress=progress)
+            finally:
+                programs.wait()
         constants = constants_from(initial, data.sensors, built.layout)
         state = State(on_grid(initial, body, data.time), constants)
         solution = run.solve(state, recording, root_given=root_given, progress=progress)
@@ -143,7 +145,7 @@ class _Run:
         self.body, self.data, self.built, self.options = body, data, built, options
         layout = built.layout
         self.levels = initial_levels(options, len(layout.sites))
-        self.repeats = repeats(options, float(data.step))
+        self.repeats = 1.0
         self.problem = SequenceProblem(
             layout, body, built.terms, built.weights,
             self._prior_information(), np.dtype(options.dtype),
@@ -174,14 +176,22 @@ class _Run:
                 result = self._minimise(result.state, bar, last=last)
                 if last or result.outcome in (Outcome.SINGULAR, Outcome.DIVERGED):
                     break
-                levels = re_estimate(
-                    self.problem, result.state, self.built, changed, self.levels, self.options,
-                    generator,
-                )  # fmt: skip
+                levels = self._re_estimated(result.state, changed, generator)
                 number += 1
                 last = number == rounds - 1 or (number > 1 and levels.close_to(self.levels))
                 self.levels = levels
         return self._solution(result, changed, recording, root_given=root_given)
+
+    def _re_estimated(
+        self, state: State, changed: dict[str, np.ndarray], generator: np.random.Generator
+    ) -> Levels:
+        """Levels as a solution shows them; unchanged where its equations are singular."""
+        try:
+            return re_estimate(
+                self.problem, state, self.built, changed, self.levels, self.options, generator
+            )
+        except SolveError:
+            return self.levels
 
     def _prior_information(self) -> np.ndarray:
         return prior_information(self.levels, self.built.layout, self.repeats)
@@ -191,6 +201,8 @@ class _Run:
 
     def _set_levels(self, state: State, number: int, *, last: bool) -> dict[str, np.ndarray]:
         """Whiten for the next round: noise levels, priors, gate and graduation at this state."""
+        # Levels are read with constants as free as the data leave them; only the result is weighed.
+        self.repeats = repeats(self.options, float(self.data.step)) if last else 1.0
         gate = self.problem.gate(state) if self.built.layout.use_range else None
         free = 6 if self.body.has_free_root else 0
         changed = information(self.built, gate, self.levels, self.repeats, free=free)

@@ -14,7 +14,8 @@ from mocap_jax.residuals.robust import LossName
 class ConstantsOptions:
     """Constants solved for with the motion (the border of the normal equations).
 
-    The last four are what distances measure poses by; they are solved for when distances are used.
+    Lengths, source positions, speed of sound and range offsets are what distances measure poses by:
+    they are solved for when distances are used and the constants of boards are.
     """
 
     gyroscope_bias_sigma: float = 0.01

@@ -46,7 +46,8 @@ class RestEstimate:
     """Standard deviation of mounting rotations, as the readings show it [rad]."""
     mismatch: float
     """How far the readings are from declared pose and mounting, 0 to 1: as a share of what pose and
-    mounting errors of the expected size make; 1 where no hold was declared."""
+    mounting errors of the expected size make. 1 where that was not tested (no hold declared, or
+    `RestOptions.adapt` off), 0 without boards."""
     accelerometer_bias_std: Float[np.ndarray, "s 3"]
     gyroscope_bias_std: Float[np.ndarray, "s 3"]
     mounting_std: Float[np.ndarray, "s 3"]
@@ -157,7 +158,8 @@ class _Problem:
         s, nv = len(self.sites), self.body.nv
         centre = self._with_root(declared)
         sigma = self._sigmas(1.0)
-        mismatch = 1.0
+        # Without boards nothing speaks against the declared figures.
+        mismatch = 1.0 if s else 0.0
         if self.options.adapt and self.still.declared and s:
             mismatch = self._mismatch(centre, sigma)
             sigma = self._sigmas(mismatch)

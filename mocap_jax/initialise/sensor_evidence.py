@@ -155,5 +155,7 @@ def _averaged(stream_time: np.ndarray, values: np.ndarray, time: np.ndarray) -> 
     pieces = 0.5 * (x[1:] + x[:-1]) * np.diff(t)[:, None]
     total = np.concatenate([np.zeros((1, 3)), np.cumsum(pieces, axis=0)])
     edges = np.append(time, time[-1] + 1.0 / RATE_HZ)
-    at = np.stack([np.interp(edges, t, column) for column in total.T], axis=1)
+    at = np.stack(
+        [np.interp(edges, t, column, left=np.nan, right=np.nan) for column in total.T], axis=1
+    )
     return np.diff(at, axis=0) * RATE_HZ

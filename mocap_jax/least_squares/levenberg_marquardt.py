@@ -147,6 +147,7 @@ def minimise(
             if options.gauss_newton or damping * growth > options.max_damping:
                 return result(Outcome.SINGULAR, str(error))
             damping, growth, raised = max(damping * growth, 1e-6), growth * _GROWTH, True
+            del equations, factoring
             continue
         decrease = _predicted_decrease(equations, step, constants, damping)
         before = equations.cost

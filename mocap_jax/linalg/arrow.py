@@ -175,7 +175,7 @@ def eliminate_border(
     panels: np.ndarray, k: int, b: int, d: int, block: np.ndarray, recent: list[np.ndarray]
 ) -> np.ndarray:
     """Block k of U'^-1 B, given those of the frames just before (latest first)."""
-    out = np.array(block).T
+    out = np.array(block, float).T  # other types would be copied, and the copy thrown away
     for j, earlier in enumerate(recent[:b], start=1):
         coupling = panels[k - j].T[:, j * d : (j + 1) * d]
         blas.dgemm(-1.0, coupling, earlier, 1.0, out, trans_a=1, overwrite_c=1)

@@ -71,7 +71,9 @@ def estimate(recording: Any, method: str, kinds: str, initial: Any = None) -> An
 
     if method == "optimise":
         options = mj.OptimiseOptions(kinds=kinds, root="given")
-        return mj.optimise(recording, initial=initial, options=options)
+        # Without gyroscopes `optimise` makes a better guess than the smoothed filter of the row.
+        start = initial if "G" in kinds else None
+        return mj.optimise(recording, initial=start, options=options)
     process = "paper" if method == "ekf_paper" else "white_jerk"
     return mj.ekf(
         recording,

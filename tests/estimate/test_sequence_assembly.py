@@ -36,7 +36,7 @@ BODY = """<mujoco><worldbody><body name="pelvis" pos="0 0 1"><freejoint/><geom s
 <site name="source" pos=".1 .1 .2" quat="1 .2 0 .4"/>
 </body></body></worldbody></mujoco>"""
 T, S, K = 9, 4, 3
-M = 12 * S + 2 + 3 + 1 + 1
+M = 12 * S + 2 + 3 + 1 + 2
 
 
 def _user(body, window, data):
@@ -58,7 +58,7 @@ def make(order: int, *, losses: str = "none", user: bool = False, chunk: int = 1
         top, sites, (*sites, source), 1, True, True, True, True, True, CONSISTENT, order,
         losses, losses, (UserResidual("mine", _user, 3),) if user else (), chunk,
         lengths=tuple(top.body_index(n) for n in ("shank", "chest")), sources=(4,), use_sound=True,
-        emitters=(4,),
+        emitters=(3, 4),
     )  # fmt: skip
     inside = lambda x, a, b: x * (np.arange(T) >= a)[:, None] * (np.arange(T) < T - b)[:, None]  # noqa: E731
     positive = lambda *shape: rng.uniform(0.5, 2.0, size=shape)  # noqa: E731
@@ -71,7 +71,7 @@ def make(order: int, *, losses: str = "none", user: bool = False, chunk: int = 1
         orientation=np.array(so3.exp(jnp.asarray(draw(T, S, 3)))),
         orientation_information=positive(T, S),
         range_distance=positive(T, K), range_information=inside(positive(T, K), 1, 0),
-        range_source=np.full((T, K), 4), range_receiver=rng.integers(0, 4, (T, K)),
+        range_source=np.tile([4, 4, 3], (T, 1)), range_receiver=rng.integers(0, 3, (T, K)),
         range_lead=rng.uniform(size=(T, K)), range_flight=rng.uniform(size=(T, K)),
         reference=np.stack([np.roll(q, 1, 0), np.roll(q, 2, 0)]),
         reference_information=rng.uniform(size=(2, T, body.nv)),
@@ -85,7 +85,7 @@ def make(order: int, *, losses: str = "none", user: bool = False, chunk: int = 1
         0.2 * draw(S, 3),
         np.array(so3.exp(jnp.asarray(0.2 * draw(S, 3)))),
         0.05 * draw(S, 3),
-        Geometry(0.1 * draw(2), 0.05 * draw(1, 3), 0.1 * draw(1), 0.1 * draw(1)),
+        Geometry(0.1 * draw(2), 0.05 * draw(1, 3), 0.1 * draw(1), 0.1 * draw(2)),
     )
     problem = SequenceProblem(layout, body, terms, weights, np.zeros(M))
     return problem, State(q, constants)

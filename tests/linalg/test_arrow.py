@@ -95,3 +95,15 @@ def test_marginals_survive_unequally_determined_unknowns() -> None:
         rhs = np.zeros((t, d, d))
         rhs[k] = np.eye(d)
         np.testing.assert_allclose(found[k], linalg.solve_banded(f, rhs)[k], rtol=1e-5, atol=1e-12)
+
+
+def test_single_precision_border_is_eliminated_all_the_same() -> None:
+    rng = np.random.default_rng(3)
+    t, d, m = 6, 3, 4
+    wide = rng.normal(size=(t, 3, d, d)) * 0.1
+    wide[:, 0] = wide[:, 0] @ np.swapaxes(wide[:, 0], 1, 2) + 5 * np.eye(d)
+    border = rng.normal(size=(t, m, d)).astype(np.float32)
+    corner = 50 * np.eye(m)
+    single = linalg.factor(wide, corner, lambda k: border[k])
+    double = linalg.factor(wide, corner, lambda k: border[k].astype(float))
+    np.testing.assert_allclose(single.corner, double.corner, rtol=1e-12)

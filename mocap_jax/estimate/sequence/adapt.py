@@ -42,6 +42,8 @@ _DRAWS = 2
 _CHANCE = 2.0
 # Ranges, thousands of whose residuals are read together, show a smaller one.
 _RANGE_CHANCE = 0.2
+# Fewer constants than this say little about the size of their kind.
+_FEW = 6
 # Ranges whose declared variance is below this many times the smallest count as trusted.
 _TRUSTED = 4.0
 _INERTIAL = ("accelerometer", "gyroscope", "orientation")
@@ -117,7 +119,7 @@ def prior_information(levels: Levels, layout: Layout, repeats: float) -> np.ndar
 
     Model errors repeat in successive samples, so data that have them speak for constants as if
     there were `repeats` times as many: the priors, which constants are weighed against, count as
-    often.
+    often. (Those of biases do not: a bias differs from what repeats with the motion.)
     """
     sigma = np.empty(CONSTANTS_PER_SENSOR * len(layout.sites) + layout.geometry)
     for name, at in constant_cells(layout).items():
@@ -129,7 +131,11 @@ def _counts(levels: Levels, layout: Layout, repeats: float) -> np.ndarray:
     """How often the prior of each constant counts (m,)."""
     own = np.where(_wrong(levels, layout), repeats, 1.0)
     shared = repeats if _mostly_wrong(levels, layout) else 1.0
-    return np.concatenate([np.repeat(own, CONSTANTS_PER_SENSOR), np.full(layout.geometry, shared)])
+    counts = np.repeat(own, CONSTANTS_PER_SENSOR)
+    counts = np.concatenate([counts, np.full(layout.geometry, shared)])
+    cells = constant_cells(layout)
+    counts[np.concatenate([cells["gyroscope_bias"], cells["range_offset"]])] = 1.0
+    return counts
 
 
 def _wrong(levels: Levels, layout: Layout) -> np.ndarray:
@@ -159,7 +165,8 @@ def information(
         built: the problem's arrays.
         gate: w_a of every range, or None.
         levels: model errors and priors.
-        repeats: see `prior_information`; the declared rest pose counts as often.
+        repeats: see `prior_information`; the declared rest pose counts as often where most sensors
+            have model errors.
         free: number of root degrees of freedom (not touched by the rest prior).
     """
     out = {}
@@ -218,23 +225,23 @@ def re_estimate(
                 share[kind] = _kept(found, options.noise.excess_margin)
         changes["share"] = share
         if len(built.rest_frames):
-            rest = _rest(problem, state, draws, built, levels, options)
+            rest = _rest(problem, state, draws, built, levels)
             changes["rest"] = float(
                 np.clip(rest, 1e-3 * options.prior.rest_sigma, options.prior.rest_sigma)
             )
     if options.constants.adapt and problem.layout.use_border:
-        changes |= _constants(problem, state, f, levels, options)
+        changes |= _constants(problem, state, f, levels, options.constants)
     return dataclasses.replace(levels, **changes)
 
 
 def _kept(found: np.ndarray, margin: float) -> tuple[float, ...]:
-    """Shares for the next round: the excess with its margin, at most 1 (and 1 where absent, NaN).
+    """Shares for the next round: the excess with its margin, at most 1 (and 0 where absent, NaN).
 
     Where most sensors are as good as declared, the rest has no margin either: boards at the ends of
     limbs, little tied down by others, would otherwise excuse their own excess round after round.
     """
     factor = margin if np.nanmedian(found) > 0 else 1.0
-    return tuple(float(x) for x in np.nan_to_num(np.minimum(1.0, factor * found), nan=1.0))
+    return tuple(float(x) for x in np.nan_to_num(np.minimum(1.0, factor * found), nan=0.0))
 
 
 def _inertial_excess(
@@ -295,24 +302,30 @@ def _constants(
     state: State,
     f: linalg.ArrowFactor,
     levels: Levels,
-    options: OptimiseOptions,
+    options: ConstantsOptions,
 ) -> dict[str, float]:
     """Deviations of each kind of constants as a population: sum v^2 / sum (1 - var / sigma^2).
+
+    Kinds of the `Geometry` that are few, or that the recording hardly determines, take the step of
+    expectation-maximisation instead, mean(v^2 + var): the quotient would take their prior's pull
+    for a sign that they are small.
 
     They may shrink to what the recording shows, not grow beyond the declared prior: a misfit
     elsewhere would otherwise be blamed on them without bound.
     """
     values = constant_values(state.constants)
-    often = repeats(options, problem.step)
-    variance = np.diag(linalg.corner_covariance(f)) * _counts(levels, problem.layout, often)
+    variance = np.diag(linalg.corner_covariance(f))
     changes, cells = {}, constant_cells(problem.layout)
-    for name, declared in declared_deviations(options.constants).items():
+    for name, declared in declared_deviations(options).items():
         sigma, at = getattr(levels, name), cells[name]
         if not sigma or not len(at):
             continue
         determined = (1 - variance[at] / sigma**2).clip(0).sum()
-        least = _LEAST_REDUNDANCY * len(at)
-        found = np.sqrt((values[at] ** 2).sum() / max(determined, least))
+        if name in _GEOMETRY and (len(at) < _FEW or 2 * determined < len(at)):
+            found = np.sqrt((values[at] ** 2 + variance[at]).mean())
+        else:
+            least = _LEAST_REDUNDANCY * len(at)
+            found = np.sqrt((values[at] ** 2).sum() / max(determined, least))
         changes[name] = float(np.clip(found, 1e-3 * declared, declared))
     return changes
 
@@ -323,7 +336,6 @@ def _rest(
     draws: list[tuple[np.ndarray, np.ndarray]],
     built: Built,
     levels: Levels,
-    options: OptimiseOptions,
 ) -> float:
     """How far the subject was from the declared rest pose, per coordinate [rad]."""
     first = 6 if problem.body.has_free_root else 0
@@ -334,7 +346,6 @@ def _rest(
         difference(problem.layout.topology, declared, jnp.asarray(state.q[middle]))
     )[first:]
     images = [step[rest].mean(0)[first:] for step, _ in draws]
-    often = repeats(options, problem.step) if _mostly_wrong(levels, built.layout) else 1.0
-    leverage = often * np.mean([(x**2).sum() for x in images]) / levels.rest**2
+    leverage = np.mean([(x**2).sum() for x in images]) / levels.rest**2
     redundancy = max(len(offset) - leverage, _LEAST_REDUNDANCY * len(offset))
     return float(np.sqrt((offset**2).sum() / redundancy))

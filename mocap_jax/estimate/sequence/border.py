@@ -20,8 +20,8 @@ class Border:
         self._blocks = np.zeros((0, 0, 0))
 
     def prepare(self, index: int, blocks: jax.Array) -> None:
-        """Hand over blocks of a chunk that are being computed; they are kept until first read."""
-        self._ahead[index] = blocks
+        """Hand over blocks of a chunk that are being computed, to be read before the next's."""
+        self._ahead = {index: blocks}
 
     def __call__(self, k: int) -> np.ndarray:
         index, row = divmod(k, self._layout.chunk)

@@ -68,7 +68,7 @@ def of_accelerations(
     change = sum(rows.alpha[j] * w.spans[j : n - 2 + j] for j in range(3))
     border = jnp.zeros((size, lengths, layout.topology.nv), change.dtype)
     for j in range(3):
-        # Centres whose window has core frame k at place j.
+        # Centres whose window has core frame k at place j; residual arrays start at centre 1.
         centres = slice(core.start - j, core.start - j + size)
         border = border + _coupling(layout, w, rows, change, beneath, j, centres, core)
     middle = slice(core.start - 1, core.stop - 1)
@@ -102,8 +102,6 @@ def _coupling(
     core: slice,
 ) -> Float[Array, "c l nv"]:
     """Border blocks of the core frames from residuals that have them at place j."""
-    # Residual arrays start at centre 1.
-    centres = slice(centres.start, centres.stop)
     wt, y, a = rows.information[centres], rows.y[j][centres], change[centres]
     both = beneath[:, :, None] & sensor_dofs(layout)[:, None, :]
     shape = (-1, *both.shape[1:])

@@ -40,11 +40,12 @@ def residuals(w: Window, terms: Terms) -> RangeResiduals:
     """All range residuals of a chunk."""
     rows = jnp.arange(1, w.range_position.shape[0])[:, None]
 
-    def ends(index: Array) -> Array:
+    def ends(position: Array, index: Array) -> Array:
         chosen = index[1:]
-        return jnp.stack([w.range_position[rows - 1, chosen], w.range_position[rows, chosen]], 2)
+        return jnp.stack([position[rows - 1, chosen], position[rows, chosen]], 2)
 
-    source, receiver = ends(terms.range_source), ends(terms.range_receiver)
+    source = ends(w.source_position, terms.range_source)
+    receiver = ends(w.range_position, terms.range_receiver)
     # Times of flight are what is measured: were distances scaled instead, shrinking body and speed
     # of sound together would shrink all residuals.
     scale = w.range_scale
@@ -67,7 +68,7 @@ def gate(w: Window, terms: Terms) -> Float[Array, "n k"]:
     source, receiver = terms.range_source, terms.range_receiver
     return faces_receiver(
         w.range_rotation[rows, source],
-        w.range_position[rows, source],
+        w.source_position[rows, source],
         w.range_position[rows, receiver],
     )
 
@@ -227,14 +228,15 @@ def _rows(
     """Jacobian rows by the pose of frame k - 1 (shift 0) or k (shift 1)."""
     frames = slice(shift, shift + r.residual.shape[0])
     mask = jnp.asarray(range_dofs(layout), r.residual.dtype)
-    position, origin, screws = w.range_position[frames], w.origin[frames], w.screws[frames]
-    index = jnp.arange(position.shape[0])[:, None]
+    origin, screws = w.origin[frames], w.screws[frames]
+    index = jnp.arange(origin.shape[0])[:, None]
 
-    def speeds(sites: Array, share: Array) -> Array:
+    def speeds(position: Array, sites: Array, share: Array) -> Array:
         point = position[index, sites] - origin[:, None, :]
         wrench = share * point_wrench(point, r.direction)
         along = sum(wrench[:, :, p, None] * screws[:, p, None, :] for p in range(6))
         return along * mask[sites]
 
     receivers, sources = terms.range_receiver[1:], terms.range_source[1:]
-    return speeds(receivers, receiver_share) - speeds(sources, source_share)
+    arriving = speeds(w.range_position[frames], receivers, receiver_share)
+    return arriving - speeds(w.source_position[frames], sources, source_share)

@@ -142,12 +142,12 @@ def _geometry(
     """Unknown lengths, sources, speed of sound and range offsets, as fields of `Layout`."""
     topology, sensors = body.topology, data.sites
     out: dict[str, object] = {"use_sound": options.sound_sigma > 0}
+    emit = np.unique(np.asarray(data.range_source)[np.asarray(data.range_weight) > 0])
     if options.source_sigma > 0:
         # A source on the world is an anchor: its place was measured.
-        worn = [s not in sensors and topology.site_body[s] > 0 for s in range_sites]
+        worn = [s in emit and s not in sensors and topology.site_body[s] > 0 for s in range_sites]
         out["sources"] = tuple(i for i, loose in enumerate(worn) if loose)
     if options.range_offset_sigma > 0:
-        emit = np.unique(np.asarray(data.range_source)[np.asarray(data.range_weight) > 0])
         out["emitters"] = tuple(i for i, s in enumerate(range_sites) if s in emit)
     if options.length_sigma > 0:
         moved = {0}

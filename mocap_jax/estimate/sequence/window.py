@@ -29,7 +29,10 @@ class Window(NamedTuple):
     site_rotation: Float[Array, "n s 3 3"]
     """R_world_site."""
     range_position: Float[Array, "n r 3"]
+    """Of receivers, offsets included."""
     range_rotation: Float[Array, "n r 3 3"]
+    source_position: Float[Array, "n r 3"]
+    """Of sources: a board that emits does so from its nominal place."""
     spans: Float[Array, "n l 3"]
     """World offsets, at their nominal length, of the bodies in `Layout.lengths` [m]."""
     range_scale: Float[Array, ""]
@@ -47,7 +50,7 @@ def kinematics(layout: Layout, body: Body, q: Float[Array, "n nq"], constants: C
     linear = f.linear + so3.cross(f.angular, origin[:, None, :])
     screws = jnp.concatenate([linear, f.angular], axis=-1)
     sensors, ranged = np.array(layout.sites, int), np.array(layout.range_sites, int)
-    carried = _offsets_of_range_sites(layout, constants)
+    receiving, emitting = _offsets_of_range_sites(layout, constants)
     longer = np.array(layout.lengths, int)
     parents = np.array(layout.topology.body_parent)[longer]
     return Window(
@@ -56,8 +59,9 @@ def kinematics(layout: Layout, body: Body, q: Float[Array, "n nq"], constants: C
         position[:, sensors] + so3.matvec3(rotation[:, sensors], constants.offset),
         so3.matmul3(rotation[:, sensors], constants.mounting),
         rotation[:, sensors],
-        position[:, ranged] + so3.matvec3(rotation[:, ranged], carried),
+        position[:, ranged] + so3.matvec3(rotation[:, ranged], receiving),
         rotation[:, ranged],
+        position[:, ranged] + so3.matvec3(rotation[:, ranged], emitting),
         so3.matvec3(f.rotation[:, parents], body.body_pos[longer]),
         1.0 + jnp.asarray(constants.geometry.sound).sum(),
         _range_offsets(layout, constants),
@@ -80,15 +84,12 @@ def sensor_of_range_site(layout: Layout) -> np.ndarray:
     )
 
 
-def _offsets_of_range_sites(layout: Layout, constants: Constants) -> Array:
-    """Offset of every source and receiver from its site (r, 3)."""
-    sensor, source = sensor_of_range_site(layout), source_of_range_site(layout)
+def _offsets_of_range_sites(layout: Layout, constants: Constants) -> tuple[Array, Array]:
+    """Offsets of every range site (r, 3) as a receiver (its board's) and as a source."""
     # A last row of zeros is for those whose place is certain.
-    offsets = jnp.concatenate(
-        [jnp.asarray(constants.offset), jnp.asarray(constants.geometry.source), jnp.zeros((1, 3))]
-    )
-    place = np.where(sensor >= 0, sensor, np.where(source >= 0, len(layout.sites) + source, -1))
-    return offsets[place]
+    padded = lambda x: jnp.concatenate([jnp.asarray(x), jnp.zeros((1, 3))])  # noqa: E731
+    receiving = padded(constants.offset)[sensor_of_range_site(layout)]
+    return receiving, padded(constants.geometry.source)[source_of_range_site(layout)]
 
 
 def _range_offsets(layout: Layout, constants: Constants) -> Array:
