@@ -85,9 +85,9 @@ def estimate(recording: Any, method: str, kinds: str, initial: Any = None) -> An
 
 def load(name: str, cut: float | None) -> Any:
     """A built-in motion or a motion file, or its first seconds."""
-    import mocap_jax as mj
+    from clips import load_clip
 
-    motion = mj.builtin_motion(name) if name in mj.BUILTIN_MOTIONS else mj.load_motion(name)
+    motion = load_clip(name)
     if cut is None:
         return motion
     path = motion.trajectory
