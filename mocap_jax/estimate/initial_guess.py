@@ -17,6 +17,10 @@ from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution, Status
 from mocap_jax.trajectory import Trajectory
 
+# Distances that count for more than in a filter's own result keep the trunk, whose joints no board
+# observes one by one, from folding: the solve would have to unfold it first [m].
+_RANGE_MODEL = 0.02
+
 
 def first_guess(
     recording: Recording, body: Body, options: OptimiseOptions, *, progress: bool
@@ -32,7 +36,9 @@ def first_guess(
     if not kinds or (kinds == "D" and recording.ranges is None):
         return at_rest(recording, body, use_root=uses_root(recording, options.root))
     smooth = options.initial == "ekf_smoothed"
-    settings = EkfOptions(kinds=kinds, root=options.root, smooth=smooth, covariance=False)
+    settings = EkfOptions(
+        kinds=kinds, root=options.root, smooth=smooth, covariance=False, range_model=_RANGE_MODEL
+    )
     return ekf(recording, body, options=settings, progress=progress)
 
 

@@ -145,7 +145,7 @@ class _Run:
         self.body, self.data, self.built, self.options = body, data, built, options
         layout = built.layout
         self.levels = initial_levels(options, len(layout.sites))
-        self.repeats = 1.0
+        self.repeats, self.last = repeats(options, float(data.step)), False
         self.problem = SequenceProblem(
             layout, body, built.terms, built.weights,
             self._prior_information(), np.dtype(options.dtype),
@@ -194,15 +194,15 @@ class _Run:
             return self.levels
 
     def _prior_information(self) -> np.ndarray:
-        return prior_information(self.levels, self.built.layout, self.repeats)
+        layout = self.built.layout
+        return prior_information(self.levels, layout, self.repeats, last=self.last)
 
     def _adapts(self) -> bool:
         return self.options.noise.adapt or self.options.constants.adapt
 
     def _set_levels(self, state: State, number: int, *, last: bool) -> dict[str, np.ndarray]:
         """Whiten for the next round: noise levels, priors, gate and graduation at this state."""
-        # Levels are read with constants as free as the data leave them; only the result is weighed.
-        self.repeats = repeats(self.options, float(self.data.step)) if last else 1.0
+        self.last = last
         gate = self.problem.gate(state) if self.built.layout.use_range else None
         free = 6 if self.body.has_free_root else 0
         changed = information(self.built, gate, self.levels, self.repeats, free=free)

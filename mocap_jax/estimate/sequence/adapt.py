@@ -114,23 +114,25 @@ def constant_cells(layout: Layout) -> dict[str, np.ndarray]:
     return cells
 
 
-def prior_information(levels: Levels, layout: Layout, repeats: float) -> np.ndarray:
+def prior_information(levels: Levels, layout: Layout, repeats: float, *, last: bool) -> np.ndarray:
     """Inverse variances of all constants (m,); a zero deviation pins the constant.
 
     Model errors repeat in successive samples, so data that have them speak for constants as if
     there were `repeats` times as many: the priors, which constants are weighed against, count as
-    often. (Those of biases do not: a bias differs from what repeats with the motion.)
+    often. (Those of biases do not: a bias differs from what repeats with the motion.) Those of the
+    geometry do in the last round only: before, misfit of a clean recording whose body is wrong must
+    be free to go where it belongs, or it would be taken for model errors of its sensors.
     """
     sigma = np.empty(CONSTANTS_PER_SENSOR * len(layout.sites) + layout.geometry)
     for name, at in constant_cells(layout).items():
         sigma[at] = getattr(levels, name)
-    return _counts(levels, layout, repeats) / np.maximum(sigma, 1e-7) ** 2
+    return _counts(levels, layout, repeats, last=last) / np.maximum(sigma, 1e-7) ** 2
 
 
-def _counts(levels: Levels, layout: Layout, repeats: float) -> np.ndarray:
+def _counts(levels: Levels, layout: Layout, repeats: float, *, last: bool) -> np.ndarray:
     """How often the prior of each constant counts (m,)."""
     own = np.where(_wrong(levels, layout), repeats, 1.0)
-    shared = repeats if _mostly_wrong(levels, layout) else 1.0
+    shared = repeats if last and _mostly_wrong(levels, layout) else 1.0
     counts = np.repeat(own, CONSTANTS_PER_SENSOR)
     counts = np.concatenate([counts, np.full(layout.geometry, shared)])
     cells = constant_cells(layout)
