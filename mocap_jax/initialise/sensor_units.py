@@ -30,6 +30,8 @@ _UNIT = 0.15
 _DECISIVE = 0.3
 # Misfit [m/s^2] beyond which gyroscope and accelerometer disagree whatever the factor.
 _DISAGREE = 4.5
+# Factors are not judged below this misfit [m/s^2] and in shorter recordings [s].
+_TELLING, _LEAST_SPAN = 1.5, 4.0
 # Forces are averaged over windows of this length [s], in which a body accelerates little, and
 # compared with the rest over this time, in which the integrated rate drifts little.
 _WINDOW, _SPAN = 1.0, 12.0
@@ -58,7 +60,7 @@ def rate_factors(evidence: Evidence) -> tuple[np.ndarray, list[str | None], np.n
     The specific force, turned back to the rest by the integrated rate and averaged over a second,
     is gravity again, as segments accelerate little in the mean. Wrong rates turn gravity away. Of
     a few likely factors the one that brings it back best is taken, if it is decisively better
-    than 1.
+    than 1 and the recording moves enough to tell.
 
     Returns:
         Factors for the readings (s,), what is wrong (None where nothing is), and the misfit
@@ -73,6 +75,8 @@ def rate_factors(evidence: Evidence) -> tuple[np.ndarray, list[str | None], np.n
     misfit[:, ~np.isfinite(evidence.rate).any((1, 2))] = np.nan
     best = np.argmin(np.where(np.isfinite(misfit), misfit, np.inf), axis=0)
     clear = misfit.min(axis=0) ** 2 < _DECISIVE * misfit[0] ** 2
+    # Little motion turns gravity by little: any factor then fits by chance.
+    clear &= (misfit[0] > _TELLING) & (rate.shape[1] >= _LEAST_SPAN * RATE_HZ)
     chosen = np.where(clear, factors[best], 1.0)
     sentences = [_rate_sentence(k, x) for k, x in zip(chosen, misfit[0], strict=True)]
     return chosen, sentences, misfit[0]

@@ -31,6 +31,18 @@ _CALIBRATION = {
     "gyroscope_bias": ("Gyroscope offset", 180 / np.pi, "deg/s"),
     "accelerometer_bias": ("Accelerometer offset", 1.0, "m/s\u00b2"),
     "mounting_rotation": ("Mounting rotation", 180 / np.pi, "deg"),
+    "mounting_offset": ("Mounting offset", 1e3, "mm"),
+    "segment_length": ("Segment length, change", 100.0, "%"),
+    "source_position": ("Source position, change", 1e3, "mm"),
+    "speed_of_sound": ("Speed of sound, change", 100.0, "%"),
+    "source_offset": ("Constant error of a source's distances", 1e3, "mm"),
+}
+
+_OWNERS = {
+    "segment_length": "Segment",
+    "source_position": "Source",
+    "source_offset": "Source",
+    "speed_of_sound": "",
 }
 
 
@@ -192,7 +204,8 @@ def calibration_tables(
                 for key in solution.calibration
                 if key.split("/", 1)[0] == kind
             ]
-            heads: tuple[str, ...] = ("Sensor", "estimate", "standard deviation", "truth")
+            owner = _OWNERS.get(kind, "Sensor")
+            heads: tuple[str, ...] = (owner, "estimate", "standard deviation", "truth")
             known = any(r.cells[2] != "\u2013" for r in rows)
             if not known:
                 heads = heads[:3]

@@ -223,3 +223,15 @@ def test_every_pair_over_seeds(seed):
             missed.append((a, b))
     print(f"seed {seed}: {len(pairs) - len(missed)} of {len(pairs)} swaps named; missed {missed}")
     assert not missed
+
+
+def test_too_little_motion_names_no_unit(recording):
+    short = {
+        name: dataclasses.replace(
+            s, **{f: np.asarray(getattr(s, f))[np.asarray(s.time) < 3.8]
+                  for f in ("time", "accelerometer", "gyroscope", "orientation")}
+        )
+        for name, s in recording.inertial.items()
+    }  # fmt: skip
+    check = check_sensors(dataclasses.replace(recording, inertial=short))
+    assert suspects(check) == set()

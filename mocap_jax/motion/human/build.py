@@ -64,6 +64,10 @@ def human(
     body = proportions(sex)
     ends = {s: _sided(body.end[side_of(s)[1]], s) * height for s in XSENS_SEGMENTS}
     factors = {s: np.ones(3) for s in XSENS_SEGMENTS}
+    if lengths is not None and not isinstance(lengths, Mapping):
+        raise InputError(
+            f"lengths must map segments to metres, as {{'UpperArm': 0.29}}, got {lengths!r}"
+        )
     for segment, length in checked_lengths(lengths or {}, ends).items():
         factors[segment] = np.asarray(stretch(side_of(segment)[1], ends[segment], length))
     lumps = segment_lumps(sex)
@@ -82,8 +86,8 @@ def _check_size(height: float, mass: float, sex: Sex | None) -> None:
         ("height", height, "m", (0.5, 2.5)),
         ("mass", mass, "kg", (5.0, 300.0)),
     ):
-        if not low <= value <= high:
-            raise InputError(f"{name} must be {low:g} to {high:g} {unit}, got {value}")
+        if not isinstance(value, (int, float, np.number)) or not low <= value <= high:
+            raise InputError(f"{name} must be {low:g} to {high:g} {unit}, got {value!r}")
     if sex is not None and sex not in SEXES:
         raise unknown_name("sex", str(sex), (*SEXES, "None (the mean of both)"))
 

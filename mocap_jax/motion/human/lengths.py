@@ -38,7 +38,9 @@ def segment_lengths(body: Body) -> dict[str, float]:
 
 
 def with_segment_lengths(
-    body: Body, lengths: Float[Array, "n"], names: Sequence[str] | None = None
+    body: Body,
+    lengths: Float[Array, "n"] | Mapping[str, float],
+    names: Sequence[str] | str | None = None,
 ) -> Body:
     """The body with other segment lengths; differentiable by them (`jit`, `grad`, `vmap`).
 
@@ -48,7 +50,7 @@ def with_segment_lengths(
 
     Args:
         body: of `human()`, with or without sites.
-        lengths: [m], may be traced.
+        lengths: [m], may be traced; or a mapping from segments to them, without `names`.
         names: segment of each length; names without side stand for both sides. By default all, in
             the order of `segment_lengths(body)`.
 
@@ -56,7 +58,9 @@ def with_segment_lengths(
         InputError: not a body of `human()`, unknown or repeated names, or not one length each.
     """
     ends = _ends(body)
-    names = tuple(ends) if names is None else tuple(names)
+    if isinstance(lengths, Mapping):
+        names, lengths = tuple(lengths), jnp.stack([jnp.asarray(x) for x in lengths.values()])
+    names = (names,) if isinstance(names, str) else tuple(ends) if names is None else tuple(names)
     if jnp.shape(lengths) != (len(names),):
         raise InputError(
             f"lengths must have one value for each of the {len(names)} names, "
