@@ -227,12 +227,12 @@ def re_estimate(
                 share[kind] = _kept(found, options.noise.excess_margin)
         changes["share"] = share
         if len(built.rest_frames):
-            rest = _rest(problem, state, draws, built, levels)
+            rest = _rest(problem, state, draws, built, levels, options)
             changes["rest"] = float(
                 np.clip(rest, 1e-3 * options.prior.rest_sigma, options.prior.rest_sigma)
             )
     if options.constants.adapt and problem.layout.use_border:
-        changes |= _constants(problem, state, f, levels, options.constants)
+        changes |= _constants(problem, state, f, levels, options)
     return dataclasses.replace(levels, **changes)
 
 
@@ -304,7 +304,7 @@ def _constants(
     state: State,
     f: linalg.ArrowFactor,
     levels: Levels,
-    options: ConstantsOptions,
+    options: OptimiseOptions,
 ) -> dict[str, float]:
     """Deviations of each kind of constants as a population: sum v^2 / sum (1 - var / sigma^2).
 
@@ -316,9 +316,11 @@ def _constants(
     elsewhere would otherwise be blamed on them without bound.
     """
     values = constant_values(state.constants)
-    variance = np.diag(linalg.corner_covariance(f))
+    often = repeats(options, problem.step)
+    counts = _counts(levels, problem.layout, often, last=False)
+    variance = np.diag(linalg.corner_covariance(f)) * counts
     changes, cells = {}, constant_cells(problem.layout)
-    for name, declared in declared_deviations(options).items():
+    for name, declared in declared_deviations(options.constants).items():
         sigma, at = getattr(levels, name), cells[name]
         if not sigma or not len(at):
             continue
@@ -338,6 +340,7 @@ def _rest(
     draws: list[tuple[np.ndarray, np.ndarray]],
     built: Built,
     levels: Levels,
+    options: OptimiseOptions,
 ) -> float:
     """How far the subject was from the declared rest pose, per coordinate [rad]."""
     first = 6 if problem.body.has_free_root else 0
@@ -348,6 +351,7 @@ def _rest(
         difference(problem.layout.topology, declared, jnp.asarray(state.q[middle]))
     )[first:]
     images = [step[rest].mean(0)[first:] for step, _ in draws]
-    leverage = np.mean([(x**2).sum() for x in images]) / levels.rest**2
+    often = repeats(options, problem.step) if _mostly_wrong(levels, built.layout) else 1.0
+    leverage = often * np.mean([(x**2).sum() for x in images]) / levels.rest**2
     redundancy = max(len(offset) - leverage, _LEAST_REDUNDANCY * len(offset))
     return float(np.sqrt((offset**2).sum() / redundancy))
