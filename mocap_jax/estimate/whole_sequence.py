@@ -20,6 +20,7 @@ from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.rest_biases import rest_biases
 from mocap_jax.estimate.sequence.adapt import (
     Levels,
+    implausible,
     information,
     initial_levels,
     prior_information,
@@ -145,6 +146,7 @@ class _Run:
         self.body, self.data, self.built, self.options = body, data, built, options
         layout = built.layout
         self.levels = initial_levels(options, len(layout.sites))
+        self.doubted = np.zeros(len(layout.sites), bool)
         self.repeats, self.last = repeats(options, float(data.step)), False
         self.problem = SequenceProblem(
             layout, body, built.terms, built.weights,
@@ -187,11 +189,15 @@ class _Run:
     ) -> Levels:
         """Levels as a solution shows them; unchanged where its equations are singular."""
         try:
-            return re_estimate(
+            levels = re_estimate(
                 self.problem, state, self.built, changed, self.levels, self.options, generator
             )
         except SolveError:
             return self.levels
+        # A recording that was taken for clean once, and wrongly, keeps all its model errors.
+        if self.built.layout.use_border:
+            self.doubted |= implausible(self.problem, state, self.options.constants).any()
+        return levels.with_full_share(self.doubted)
 
     def _prior_information(self) -> np.ndarray:
         layout = self.built.layout

@@ -42,6 +42,8 @@ _DRAWS = 2
 _CHANCE = 2.0
 # Ranges, thousands of whose residuals are read together, show a smaller one.
 _RANGE_CHANCE = 0.2
+# Constants beyond this many declared deviations are not believed.
+_FAR = 3.0
 # Fewer constants than this say little about the size of their kind.
 _FEW = 6
 # Ranges whose declared variance is below this many times the smallest count as trusted.
@@ -74,6 +76,15 @@ class Levels:
     sound: float
     range_offset: float
     rest: float
+
+    def with_full_share(self, sensors: np.ndarray) -> Levels:
+        """The same with all model errors of some sensors (a mask)."""
+        if not sensors.any():
+            return self
+        share = dict(self.share)
+        for kind in _INERTIAL:
+            share[kind] = tuple(np.where(sensors, 1.0, share[kind]).tolist())
+        return dataclasses.replace(self, share=share)
 
     def close_to(self, other: Levels) -> bool:
         """Whether another solve with these levels would change little."""
@@ -332,6 +343,22 @@ def _constants(
             found = np.sqrt((values[at] ** 2).sum() / max(determined, least))
         changes[name] = float(np.clip(found, 1e-3 * declared, declared))
     return changes
+
+
+def implausible(problem: SequenceProblem, state: State, options: ConstantsOptions) -> np.ndarray:
+    """Sensors (s,) whose mounting or accelerometer bias is far beyond its declared prior.
+
+    A board that hardly moves looks clean whatever its errors are. Weighted as clean, its static
+    errors turn its constants, and the limb with them, out of all proportion.
+    """
+    values, cells = constant_values(state.constants), constant_cells(problem.layout)
+    out = np.zeros(len(problem.layout.sites), bool)
+    for name in ("accelerometer_bias", "mounting", "offset"):
+        sigma = declared_deviations(options)[name]
+        if sigma > 0:
+            far = np.abs(values[cells[name]]) > _FAR * sigma
+            out |= far.reshape(-1, 3).any(axis=1)
+    return out
 
 
 def _rest(
