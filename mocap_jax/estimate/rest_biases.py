@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from mocap_jax.estimate.sequence.adapt import constant_cells
 from mocap_jax.estimate.sequence.layout import Layout
+from mocap_jax.estimate.sequence.levels import constant_cells
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.initialise import RestOptions
 from mocap_jax.initialise.still import within

@@ -18,17 +18,16 @@ from mocap_jax.estimate.initial_guess import at_rest, first_guess, on_grid
 from mocap_jax.estimate.inputs import body_of, gauge_remarks, uses_root
 from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.rest_biases import rest_biases
-from mocap_jax.estimate.sequence.adapt import (
+from mocap_jax.estimate.sequence.adapt import implausible, re_estimate
+from mocap_jax.estimate.sequence.compile_ahead import CompileAhead
+from mocap_jax.estimate.sequence.layout import Layout
+from mocap_jax.estimate.sequence.levels import (
     Levels,
-    implausible,
     information,
     initial_levels,
     prior_information,
-    re_estimate,
     repeats,
 )
-from mocap_jax.estimate.sequence.compile_ahead import CompileAhead
-from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State, constant_values
 from mocap_jax.estimate.sequence.statistics import residual_statistics
 from mocap_jax.estimate.sequence.terms import Built, build
@@ -146,11 +145,10 @@ class _Run:
         self.body, self.data, self.built, self.options = body, data, built, options
         layout = built.layout
         self.levels = initial_levels(options, len(layout.sites))
-        self.doubted = np.zeros(len(layout.sites), bool)
-        self.repeats, self.last = repeats(options, float(data.step)), False
+        self.repeats, self.doubted = repeats(options, float(data.step)), False
         self.problem = SequenceProblem(
             layout, body, built.terms, built.weights,
-            self._prior_information(), np.dtype(options.dtype),
+            self._prior_information(last=False), np.dtype(options.dtype),
             refines=self._loses_digits(root_given),
             readings=rest_biases(recording, data, layout, options),
         )  # fmt: skip
@@ -195,25 +193,23 @@ class _Run:
         except SolveError:
             return self.levels
         # A recording that was taken for clean once, and wrongly, keeps all its model errors.
-        if self.built.layout.use_border:
-            self.doubted |= implausible(self.problem, state, self.options.constants).any()
-        return levels.with_full_share(self.doubted)
+        if self.built.layout.use_border and not self.doubted:
+            self.doubted = implausible(self.problem, state, self.options.constants)
+        return levels.with_full_share() if self.doubted else levels
 
-    def _prior_information(self) -> np.ndarray:
-        layout = self.built.layout
-        return prior_information(self.levels, layout, self.repeats, last=self.last)
+    def _prior_information(self, *, last: bool) -> np.ndarray:
+        return prior_information(self.levels, self.built, self.repeats, last=last)
 
     def _adapts(self) -> bool:
         return self.options.noise.adapt or self.options.constants.adapt
 
     def _set_levels(self, state: State, number: int, *, last: bool) -> dict[str, np.ndarray]:
         """Whiten for the next round: noise levels, priors, gate and graduation at this state."""
-        self.last = last
         gate = self.problem.gate(state) if self.built.layout.use_range else None
         free = 6 if self.body.has_free_root else 0
         changed = information(self.built, gate, self.levels, self.repeats, free=free)
         self.problem.replace_terms(**changed)
-        self.problem.prior_information = self._prior_information()
+        self.problem.prior_information = self._prior_information(last=last)
         mu = self.options.noise.range_mu
         graduation = mu[-1] if last else mu[min(number, len(mu) - 1)]
         self.problem.replace_weights(range_mu=graduation)

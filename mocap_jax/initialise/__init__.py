@@ -4,18 +4,15 @@ from mocap_jax.initialise.check_sensors import SensorCheck, check_sensors
 from mocap_jax.initialise.declared_pose import declared_pose
 from mocap_jax.initialise.rest_options import RestOptions
 from mocap_jax.initialise.rest_pose import RestEstimate, rest_pose
-from mocap_jax.initialise.rest_readings import RestReadings, rest_readings
 from mocap_jax.initialise.still import Still, find_still
 
 __all__ = [
     "RestEstimate",
     "RestOptions",
-    "RestReadings",
     "SensorCheck",
     "Still",
     "check_sensors",
     "declared_pose",
     "find_still",
     "rest_pose",
-    "rest_readings",
 ]

@@ -16,14 +16,22 @@ variance.
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
 
 import jax.numpy as jnp
 import numpy as np
 
 from mocap_jax import linalg
 from mocap_jax.body import difference
-from mocap_jax.estimate.sequence.layout import CONSTANTS_PER_SENSOR, Layout
+from mocap_jax.estimate.sequence.levels import (
+    GEOMETRY_KINDS,
+    INFORMATION,
+    Levels,
+    constant_cells,
+    declared_deviations,
+    mostly_wrong,
+    prior_counts,
+    repeats,
+)
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State, constant_values
 from mocap_jax.estimate.sequence.terms import Built
 from mocap_jax.estimate.whole_sequence_options import ConstantsOptions, OptimiseOptions
@@ -48,154 +56,6 @@ _FAR = 3.0
 _FEW = 6
 # Ranges whose declared variance is below this many times the smallest count as trusted.
 _TRUSTED = 4.0
-_INERTIAL = ("accelerometer", "gyroscope", "orientation")
-KINDS = (*_INERTIAL, "range")
-_INFORMATION = {
-    "accelerometer": "force_information",
-    "gyroscope": "rate_information",
-    "orientation": "orientation_information",
-    "range": "range_information",
-}
-_SENSOR = ("gyroscope_bias", "accelerometer_bias", "mounting", "offset")
-_GEOMETRY = ("length", "source", "sound", "range_offset")
-_CONSTANTS = (*_SENSOR, *_GEOMETRY)
-
-
-@dataclass(frozen=True)
-class Levels:
-    """Model errors, as shares of the options' figures, and the priors' deviations."""
-
-    share: dict[str, tuple[float, ...]]
-    """Kind -> share of its model error in use, 0 to 1, per sensor (ranges: one for all)."""
-    gyroscope_bias: float
-    accelerometer_bias: float
-    mounting: float
-    offset: float
-    length: float
-    source: float
-    sound: float
-    range_offset: float
-    rest: float
-
-    def with_full_share(self, sensors: np.ndarray) -> Levels:
-        """The same with all model errors of some sensors (a mask)."""
-        if not sensors.any():
-            return self
-        share = dict(self.share)
-        for kind in _INERTIAL:
-            share[kind] = tuple(np.where(sensors, 1.0, share[kind]).tolist())
-        return dataclasses.replace(self, share=share)
-
-    def close_to(self, other: Levels) -> bool:
-        """Whether another solve with these levels would change little."""
-        flat = lambda x: np.concatenate(  # noqa: E731
-            [*x.share.values(), [getattr(x, n) for n in (*_CONSTANTS, "rest")]]
-        )
-        return bool(np.allclose(flat(self), flat(other), rtol=0.15, atol=1e-3))
-
-
-def declared_deviations(options: ConstantsOptions) -> dict[str, float]:
-    """Prior standard deviations of the constants, by name."""
-    return {
-        "gyroscope_bias": options.gyroscope_bias_sigma,
-        "accelerometer_bias": options.accelerometer_bias_sigma,
-        "mounting": options.mounting_sigma,
-        "offset": options.offset_sigma,
-        "length": options.length_sigma,
-        "source": options.source_sigma,
-        "sound": options.sound_sigma,
-        "range_offset": options.range_offset_sigma,
-    }
-
-
-def initial_levels(options: OptimiseOptions, sensors: int) -> Levels:
-    """The options' figures."""
-    full = 1.0 if options.noise.model_errors else 0.0
-    share = {kind: (full,) * (1 if kind == "range" else sensors) for kind in KINDS}
-    return Levels(share, **declared_deviations(options.constants), rest=options.prior.rest_sigma)
-
-
-def constant_cells(layout: Layout) -> dict[str, np.ndarray]:
-    """Where each kind of constant stands among all of them (see `constant_values`)."""
-    sensors = np.arange(CONSTANTS_PER_SENSOR * len(layout.sites)).reshape(-1, len(_SENSOR), 3)
-    cells = {name: sensors[:, i].ravel() for i, name in enumerate(_SENSOR)}
-    ends = sensors.size + np.cumsum([0, *layout.geometry_sizes])
-    for i, name in enumerate(_GEOMETRY):
-        cells[name] = np.arange(ends[i], ends[i + 1])
-    return cells
-
-
-def prior_information(levels: Levels, layout: Layout, repeats: float, *, last: bool) -> np.ndarray:
-    """Inverse variances of all constants (m,); a zero deviation pins the constant.
-
-    Model errors repeat in successive samples, so data that have them speak for constants as if
-    there were `repeats` times as many: the priors, which constants are weighed against, count as
-    often. (Those of biases do not: a bias differs from what repeats with the motion.) Those of the
-    geometry do in the last round only: before, misfit of a clean recording whose body is wrong must
-    be free to go where it belongs, or it would be taken for model errors of its sensors.
-    """
-    sigma = np.empty(CONSTANTS_PER_SENSOR * len(layout.sites) + layout.geometry)
-    for name, at in constant_cells(layout).items():
-        sigma[at] = getattr(levels, name)
-    return _counts(levels, layout, repeats, last=last) / np.maximum(sigma, 1e-7) ** 2
-
-
-def _counts(levels: Levels, layout: Layout, repeats: float, *, last: bool) -> np.ndarray:
-    """How often the prior of each constant counts (m,)."""
-    own = np.where(_wrong(levels, layout), repeats, 1.0)
-    shared = repeats if last and _mostly_wrong(levels, layout) else 1.0
-    counts = np.repeat(own, CONSTANTS_PER_SENSOR)
-    counts = np.concatenate([counts, np.full(layout.geometry, shared)])
-    cells = constant_cells(layout)
-    counts[np.concatenate([cells["gyroscope_bias"], cells["range_offset"]])] = 1.0
-    return counts
-
-
-def _wrong(levels: Levels, layout: Layout) -> np.ndarray:
-    """Which sensors have model errors (s,)."""
-    use = (layout.use_acceleration, layout.use_rate, layout.use_orientation)
-    shares = [levels.share[kind] for kind, used in zip(_INERTIAL, use, strict=True) if used]
-    return np.any(np.array(shares or [levels.share["accelerometer"]]) > 0, axis=0)
-
-
-def _mostly_wrong(levels: Levels, layout: Layout) -> bool:
-    """Whether most sensors (or, without any, the ranges) have model errors."""
-    wrong = _wrong(levels, layout)
-    return bool(2 * wrong.sum() > len(wrong)) if len(wrong) else levels.share["range"][0] > 0
-
-
-def repeats(options: OptimiseOptions, step: float) -> float:
-    """Successive samples that share one model error; at least 1."""
-    return max(1.0, options.noise.memory / step)
-
-
-def information(
-    built: Built, gate: np.ndarray | None, levels: Levels, repeats: float, *, free: int
-) -> dict[str, np.ndarray]:
-    """Information arrays under given levels.
-
-    Args:
-        built: the problem's arrays.
-        gate: w_a of every range, or None.
-        levels: model errors and priors.
-        repeats: see `prior_information`; the declared rest pose counts as often where most sensors
-            have model errors.
-        free: number of root degrees of freedom (not touched by the rest prior).
-    """
-    out = {}
-    for kind, field in _INFORMATION.items():
-        declared, model = built.variances[kind]
-        variance = declared + np.square(levels.share[kind]) * model
-        out[field] = np.where(np.isfinite(variance), 1 / variance, 0.0)
-    if gate is not None:
-        out["range_information"] = out["range_information"] * gate
-    if len(built.rest_frames):
-        info = np.array(built.terms.reference_information)
-        frames, joints = built.rest_frames, np.arange(free, info.shape[2])
-        often = repeats if _mostly_wrong(levels, built.layout) else 1.0
-        info[0][np.ix_(frames, joints)] = often / (levels.rest**2 * len(frames))
-        out["reference_information"] = info
-    return out
 
 
 def re_estimate(
@@ -218,6 +78,7 @@ def re_estimate(
         options: of the optimiser.
         generator: for the posterior draws.
     """
+    often = repeats(options, problem.step)
     equations, f = problem.factorised(state)
     draws = [linalg.sample(f, equations.border, generator) for _ in range(_DRAWS)]
     here = problem.residuals(state)
@@ -227,7 +88,7 @@ def re_estimate(
         share = dict(levels.share)
         for kind in here:
             images = [(a[kind] - here[kind]) / _PROBE for a in ahead]
-            info = current[_INFORMATION[kind]]
+            info = current[INFORMATION[kind]]
             if (info > 0).any():
                 variances = built.variances[kind]
                 found = (
@@ -238,23 +99,25 @@ def re_estimate(
                 share[kind] = _kept(found, options.noise.excess_margin)
         changes["share"] = share
         if len(built.rest_frames):
-            rest = _rest(problem, state, draws, built, levels, options)
+            counted = often if mostly_wrong(levels, built) else 1.0
+            rest = _rest(problem, state, draws, built, levels, counted)
             changes["rest"] = float(
                 np.clip(rest, 1e-3 * options.prior.rest_sigma, options.prior.rest_sigma)
             )
     if options.constants.adapt and problem.layout.use_border:
-        changes |= _constants(problem, state, f, levels, options)
+        counts = prior_counts(levels, built, often, last=False)
+        changes |= _constants(problem, state, f, levels, counts, options.constants)
     return dataclasses.replace(levels, **changes)
 
 
 def _kept(found: np.ndarray, margin: float) -> tuple[float, ...]:
-    """Shares for the next round: the excess with its margin, at most 1 (and 0 where absent, NaN).
+    """Shares for the next round: the excess with its margin, at most 1 (and 1 where absent, NaN).
 
     Where most sensors are as good as declared, the rest has no margin either: boards at the ends of
     limbs, little tied down by others, would otherwise excuse their own excess round after round.
     """
     factor = margin if np.nanmedian(found) > 0 else 1.0
-    return tuple(float(x) for x in np.nan_to_num(np.minimum(1.0, factor * found), nan=0.0))
+    return tuple(float(x) for x in np.nan_to_num(np.minimum(1.0, factor * found), nan=1.0))
 
 
 def _inertial_excess(
@@ -315,7 +178,8 @@ def _constants(
     state: State,
     f: linalg.ArrowFactor,
     levels: Levels,
-    options: OptimiseOptions,
+    counts: np.ndarray,
+    options: ConstantsOptions,
 ) -> dict[str, float]:
     """Deviations of each kind of constants as a population: sum v^2 / sum (1 - var / sigma^2).
 
@@ -327,16 +191,14 @@ def _constants(
     elsewhere would otherwise be blamed on them without bound.
     """
     values = constant_values(state.constants)
-    often = repeats(options, problem.step)
-    counts = _counts(levels, problem.layout, often, last=False)
     variance = np.diag(linalg.corner_covariance(f)) * counts
     changes, cells = {}, constant_cells(problem.layout)
-    for name, declared in declared_deviations(options.constants).items():
+    for name, declared in declared_deviations(options).items():
         sigma, at = getattr(levels, name), cells[name]
         if not sigma or not len(at):
             continue
         determined = (1 - variance[at] / sigma**2).clip(0).sum()
-        if name in _GEOMETRY and (len(at) < _FEW or 2 * determined < len(at)):
+        if name in GEOMETRY_KINDS and (len(at) < _FEW or 2 * determined < len(at)):
             found = np.sqrt((values[at] ** 2 + variance[at]).mean())
         else:
             least = _LEAST_REDUNDANCY * len(at)
@@ -345,20 +207,18 @@ def _constants(
     return changes
 
 
-def implausible(problem: SequenceProblem, state: State, options: ConstantsOptions) -> np.ndarray:
-    """Sensors (s,) whose mounting or accelerometer bias is far beyond its declared prior.
+def implausible(problem: SequenceProblem, state: State, options: ConstantsOptions) -> bool:
+    """Whether a mounting or accelerometer bias is far beyond its declared prior.
 
     A board that hardly moves looks clean whatever its errors are. Weighted as clean, its static
     errors turn its constants, and the limb with them, out of all proportion.
     """
     values, cells = constant_values(state.constants), constant_cells(problem.layout)
-    out = np.zeros(len(problem.layout.sites), bool)
-    for name in ("accelerometer_bias", "mounting", "offset"):
-        sigma = declared_deviations(options)[name]
-        if sigma > 0:
-            far = np.abs(values[cells[name]]) > _FAR * sigma
-            out |= far.reshape(-1, 3).any(axis=1)
-    return out
+    declared = declared_deviations(options)
+    return any(
+        declared[name] > 0 and bool((np.abs(values[cells[name]]) > _FAR * declared[name]).any())
+        for name in ("accelerometer_bias", "mounting", "offset")
+    )
 
 
 def _rest(
@@ -367,7 +227,7 @@ def _rest(
     draws: list[tuple[np.ndarray, np.ndarray]],
     built: Built,
     levels: Levels,
-    options: OptimiseOptions,
+    often: float,
 ) -> float:
     """How far the subject was from the declared rest pose, per coordinate [rad]."""
     first = 6 if problem.body.has_free_root else 0
@@ -378,7 +238,6 @@ def _rest(
         difference(problem.layout.topology, declared, jnp.asarray(state.q[middle]))
     )[first:]
     images = [step[rest].mean(0)[first:] for step, _ in draws]
-    often = repeats(options, problem.step) if _mostly_wrong(levels, built.layout) else 1.0
     leverage = often * np.mean([(x**2).sum() for x in images]) / levels.rest**2
     redundancy = max(len(offset) - leverage, _LEAST_REDUNDANCY * len(offset))
     return float(np.sqrt((offset**2).sum() / redundancy))

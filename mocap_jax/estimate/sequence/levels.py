@@ -1,0 +1,159 @@
+"""`Levels`: how wrong the measurements are taken to be, and what that makes of the weights."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_jax.estimate.sequence.layout import CONSTANTS_PER_SENSOR, Layout
+from mocap_jax.estimate.sequence.terms import Built
+from mocap_jax.estimate.whole_sequence_options import ConstantsOptions, OptimiseOptions
+
+_INERTIAL = ("accelerometer", "gyroscope", "orientation")
+KINDS = (*_INERTIAL, "range")
+INFORMATION = {
+    "accelerometer": "force_information",
+    "gyroscope": "rate_information",
+    "orientation": "orientation_information",
+    "range": "range_information",
+}
+SENSOR_KINDS = ("gyroscope_bias", "accelerometer_bias", "mounting", "offset")
+GEOMETRY_KINDS = ("length", "source", "sound", "range_offset")
+_CONSTANT_KINDS = (*SENSOR_KINDS, *GEOMETRY_KINDS)
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Model errors, as shares of the options' figures, and the priors' deviations."""
+
+    share: dict[str, tuple[float, ...]]
+    """Kind -> share of its model error in use, 0 to 1, per sensor (ranges: one for all)."""
+    gyroscope_bias: float
+    accelerometer_bias: float
+    mounting: float
+    offset: float
+    length: float
+    source: float
+    sound: float
+    range_offset: float
+    rest: float
+
+    def with_full_share(self) -> Levels:
+        """The same with all model errors of inertial sensors."""
+        full = {kind: (1.0,) * len(self.share[kind]) for kind in _INERTIAL}
+        return dataclasses.replace(self, share=self.share | full)
+
+    def close_to(self, other: Levels) -> bool:
+        """Whether another solve with these levels would change little."""
+        flat = lambda x: np.concatenate(  # noqa: E731
+            [*x.share.values(), [getattr(x, n) for n in (*_CONSTANT_KINDS, "rest")]]
+        )
+        return bool(np.allclose(flat(self), flat(other), rtol=0.15, atol=1e-3))
+
+
+def declared_deviations(options: ConstantsOptions) -> dict[str, float]:
+    """Prior standard deviations of the constants, by name."""
+    return {
+        "gyroscope_bias": options.gyroscope_bias_sigma,
+        "accelerometer_bias": options.accelerometer_bias_sigma,
+        "mounting": options.mounting_sigma,
+        "offset": options.offset_sigma,
+        "length": options.length_sigma,
+        "source": options.source_sigma,
+        "sound": options.sound_sigma,
+        "range_offset": options.range_offset_sigma,
+    }
+
+
+def initial_levels(options: OptimiseOptions, sensors: int) -> Levels:
+    """The options' figures."""
+    full = 1.0 if options.noise.model_errors else 0.0
+    share = {kind: (full,) * (1 if kind == "range" else sensors) for kind in KINDS}
+    return Levels(share, **declared_deviations(options.constants), rest=options.prior.rest_sigma)
+
+
+def constant_cells(layout: Layout) -> dict[str, np.ndarray]:
+    """Where each kind of constant stands among all of them (see `constant_values`)."""
+    sensors = np.arange(CONSTANTS_PER_SENSOR * len(layout.sites)).reshape(-1, len(SENSOR_KINDS), 3)
+    cells = {name: sensors[:, i].ravel() for i, name in enumerate(SENSOR_KINDS)}
+    ends = sensors.size + np.cumsum([0, *layout.geometry_sizes])
+    for i, name in enumerate(GEOMETRY_KINDS):
+        cells[name] = np.arange(ends[i], ends[i + 1])
+    return cells
+
+
+def prior_information(levels: Levels, built: Built, repeats: float, *, last: bool) -> np.ndarray:
+    """Inverse variances of all constants (m,); a zero deviation pins the constant.
+
+    Model errors repeat in successive samples, so data that have them speak for constants as if
+    there were `repeats` times as many: the priors, which constants are weighed against, count as
+    often. (Those of biases do not: a bias differs from what repeats with the motion.) Those of the
+    geometry do in the last round only: before, misfit of a clean recording whose body is wrong must
+    be free to go where it belongs, or it would be taken for model errors of its sensors.
+    """
+    layout = built.layout
+    sigma = np.empty(CONSTANTS_PER_SENSOR * len(layout.sites) + layout.geometry)
+    for name, at in constant_cells(layout).items():
+        sigma[at] = getattr(levels, name)
+    return prior_counts(levels, built, repeats, last=last) / np.maximum(sigma, 1e-7) ** 2
+
+
+def prior_counts(levels: Levels, built: Built, repeats: float, *, last: bool) -> np.ndarray:
+    """How often the prior of each constant counts (m,)."""
+    layout = built.layout
+    own = np.where(_wrong(levels, built), repeats, 1.0)
+    shared = repeats if last and mostly_wrong(levels, built) else 1.0
+    counts = np.repeat(own, CONSTANTS_PERSENSOR_KINDS)
+    counts = np.concatenate([counts, np.full(layout.geometry, shared)])
+    cells = constant_cells(layout)
+    counts[np.concatenate([cells["gyroscope_bias"], cells["range_offset"]])] = 1.0
+    return counts
+
+
+def _wrong(levels: Levels, built: Built) -> np.ndarray:
+    """Which sensors have model errors in a kind that they measure (s,)."""
+    measured = [np.isfinite(built.variances[kind][0]).any(axis=0) for kind in _INERTIAL]
+    shares = np.array([levels.share[kind] for kind in _INERTIAL])
+    return np.any(np.array(measured) & (shares > 0), axis=0)
+
+
+def mostly_wrong(levels: Levels, built: Built) -> bool:
+    """Whether most sensors (or, without any, the ranges) have model errors."""
+    wrong = _wrong(levels, built)
+    return bool(2 * wrong.sum() > len(wrong)) if len(wrong) else levels.share["range"][0] > 0
+
+
+def repeats(options: OptimiseOptions, step: float) -> float:
+    """Successive samples that share one model error; at least 1."""
+    return max(1.0, options.noise.memory / step)
+
+
+def information(
+    built: Built, gate: np.ndarray | None, levels: Levels, repeats: float, *, free: int
+) -> dict[str, np.ndarray]:
+    """Information arrays under given levels.
+
+    Args:
+        built: the problem's arrays.
+        gate: w_a of every range, or None.
+        levels: model errors and priors.
+        repeats: see `prior_information`; the declared rest pose counts as often where most sensors
+            have model errors.
+        free: number of root degrees of freedom (not touched by the rest prior).
+    """
+    out = {}
+    for kind, field in INFORMATION.items():
+        declared, model = built.variances[kind]
+        variance = declared + np.square(levels.share[kind]) * model
+        out[field] = np.where(np.isfinite(variance), 1 / variance, 0.0)
+    if gate is not None:
+        out["range_information"] = out["range_information"] * gate
+    if len(built.rest_frames):
+        info = np.array(built.terms.reference_information)
+        frames, joints = built.rest_frames, np.arange(free, info.shape[2])
+        often = repeats if mostly_wrong(levels, built) else 1.0
+        info[0][np.ix_(frames, joints)] = often / (levels.rest**2 * len(frames))
+        out["reference_information"] = info
+    return out
