@@ -105,7 +105,7 @@ def prior_counts(levels: Levels, built: Built, repeats: float, *, last: bool) ->
     layout = built.layout
     own = np.where(_wrong(levels, built), repeats, 1.0)
     shared = repeats if last and mostly_wrong(levels, built) else 1.0
-    counts = np.repeat(own, CONSTANTS_PERSENSOR_KINDS)
+    counts = np.repeat(own, CONSTANTS_PER_SENSOR)
     counts = np.concatenate([counts, np.full(layout.geometry, shared)])
     cells = constant_cells(layout)
     counts[np.concatenate([cells["gyroscope_bias"], cells["range_offset"]])] = 1.0
