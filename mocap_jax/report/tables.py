@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_jax.errors import InputError
-from mocap_jax.metrics import ErrorTable, coverage, nees
+from mocap_jax.metrics import ErrorTable
 from mocap_jax.recording import Recording
 from mocap_jax.report.statistic_streams import KINDS, sensors_of
 from mocap_jax.solution import Solution
@@ -147,22 +146,6 @@ def _joint_row(
 ) -> Row:
     values = [e.errors.get(metric, {}).get(name, np.nan) for e in errors.values()]
     return _compared(head, values, **marks)
-
-
-def consistency_table(solutions: dict[str, Solution], recording: Recording) -> Table | None:
-    """Normalised squared error and coverage of the 95 % intervals, where there is covariance."""
-    rows = []
-    for method, solution in solutions.items():
-        try:
-            squared = nees(solution, recording)
-            share = float(coverage(solution, recording).mean())
-        except InputError:
-            continue
-        finite = squared[np.isfinite(squared)]
-        value = float(finite.mean()) if len(finite) else np.nan
-        rows.append(Row(method, (number(value), f"{100 * share:.1f} %")))
-    heads = ("Covariance", "squared error / variance (honest: 1)", "truth inside 95 % interval")
-    return Table(heads, tuple(rows)) if rows else None
 
 
 def residual_table(solutions: dict[str, Solution]) -> Table | None:
