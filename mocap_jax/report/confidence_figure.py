@@ -7,6 +7,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.patches import Patch
 
 from mocap_jax.recording import RangeStream, Recording
@@ -63,7 +64,7 @@ def confidence_figure(
     return figure
 
 
-def _panel(panel: Axes, cells: np.ndarray, grey: np.ndarray, edges: np.ndarray) -> object:
+def _panel(panel: Axes, cells: np.ndarray, grey: np.ndarray, edges: np.ndarray) -> AxesImage:
     image = panel.imshow(
         np.where(grey[:, None], np.nan, cells), cmap=_CONFIDENCE, vmin=0.0, vmax=1.0,
         aspect="auto", interpolation="nearest",

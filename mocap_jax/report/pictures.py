@@ -85,7 +85,8 @@ def _motion(
         _picture(
             motion_strip(s, reference, colour=palette[n]),
             "Eight moments, evenly spaced." + (
-                " The true pose stands grey behind, on the same root." if reference else ""
+                " Dark lines, and grey behind: the true pose, on the same root. White lines: the "
+                "estimate's own limbs." if reference else ""
             ),
             n,
         )

@@ -20,7 +20,7 @@ from mocap_jax.solution import Solution
 
 # Fewer distances than this say nothing about a pair's error.
 _FEW = 10
-_HATCH = {"facecolor": "white", "edgecolor": EXCLUDED, "hatch": "////", "lw": 0.0}
+_HATCH: dict[str, Any] = {"facecolor": "white", "edgecolor": EXCLUDED, "hatch": "////", "lw": 0.0}
 
 
 @dataclass(frozen=True)
