@@ -16,6 +16,7 @@ from mocap_jax.io.atomic import atomic_file
 from mocap_jax.metrics import ErrorTable, evaluate
 from mocap_jax.recording import Recording
 from mocap_jax.report import tables
+from mocap_jax.report.constant_tables import constant_tables, constants_verdict
 from mocap_jax.report.pictures import all_pictures
 from mocap_jax.report.player import player_data
 from mocap_jax.report.statistic_streams import statistic_sources
@@ -88,6 +89,7 @@ def render(solutions: dict[str, Solution], recording: Recording | None) -> str:
     )
     usable = {n: s for n, s in solutions.items() if _drawable(s)}
     errors, palette = _errors(usable, recording), colours(list(solutions))
+    constants = constant_tables(solutions, recording)
     covered = coverages(usable, recording) if errors else {}
     accuracy, uncertainty = accuracy_verdict(errors, usable), uncertainty_verdict(covered)
     return environment.get_template("page.html.j2").render(
@@ -110,7 +112,8 @@ def render(solutions: dict[str, Solution], recording: Recording | None) -> str:
         scored=_scored(errors),
         observed=next((", ".join(e.observed) for e in errors.values()), ""),
         residuals=tables.residual_table(statistic_sources(solutions)),
-        calibration=tables.calibration_tables(solutions, recording),
+        constant_tables=constants,
+        constants_verdict=constants_verdict(constants),
         player=player_data(usable, palette, recording if errors else None) if usable else None,
         **all_pictures(usable, recording, palette, scored=bool(errors)),
     )  # fmt: skip

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from mocap_jax.recording import Recording
@@ -136,11 +135,11 @@ def _statistics(solutions: dict[str, Solution], palette: dict[str, str]) -> dict
 def _found(
     solutions: dict[str, Solution], reference: Recording | None, palette: dict[str, str]
 ) -> dict[str, object]:
-    truth = dict(reference.truth.parameters) if reference and reference.truth else {}
-    known = {k: np.asarray(v, float) for k, v in truth.items()}
+    steps = steps_of(solutions, palette, reference)
+    known = any(step.truth for step in steps)
     return {
         "constants": _picture(
-            constants_figure(steps_of(solutions, palette), known),
+            constants_figure(steps),
             ("Distance between true and estimated constants of every sensor (length of the vector "
              "difference): " if known else "Constants of every sensor (length of the vector): ")
             + "as declared (zero), after the rest hold (filters use that result and leave it as it "

@@ -120,7 +120,7 @@ def test_sections_and_numbers(full, estimates, reference):
         "a person", "Kalman filter", "Optimiser", "Errors against the truth", "Motion",
         "Joint angles", "Errors by joint", "Is the stated uncertainty honest?",
         "Residuals and innovations", "Distances, by source and receiver", "What each step found",
-        "Convergence", "Estimated sensor constants",
+        "Convergence", "Estimated constants",
     ):  # fmt: skip
         assert heading in page.headings, heading
     for part in (
@@ -224,7 +224,7 @@ def test_without_truth_covariance_ranges(tmp_path, body, truth):
     assert {"Motion", "Joint angles"} <= set(page.headings)
     absent = {
         "Errors against the truth", "Residuals and innovations", "Convergence",
-        "Estimated sensor constants", "Confidence of the distances", "What each step found",
+        "Estimated constants", "Confidence of the distances", "What each step found",
     }  # fmt: skip
     assert not absent & set(page.headings)
     blind = dataclasses.replace(recording(truth), truth=None)
