@@ -15,7 +15,7 @@ from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FuncFormatter
 
 from mocap_jax.report.statistic_streams import range_ends, range_pairs, unheard_pairs
-from mocap_jax.report.style import EXCLUDED, INK, MUTED, RC, plain_name
+from mocap_jax.report.style import EXCLUDED, INK, RC, plain_name
 from mocap_jax.solution import Solution
 
 # Fewer distances than this say nothing about a pair's error.
@@ -72,7 +72,7 @@ def range_matrices(solution: Solution) -> Figure | None:
         [pairs.get((s, r), {}).get("count", 0.0) for s in sources] for r in receivers
     ])  # fmt: skip
     with rc_context(RC):
-        figure = Figure(figsize=(10.5, 2 * (0.235 * len(receivers) + 1.0) + 0.9),
+        figure = Figure(figsize=(10.5, 2 * (0.235 * len(receivers) + 1.1) + 0.7),
                         layout="constrained")  # fmt: skip
         axes = figure.subplots(2, 2, sharex=True, sharey=True, squeeze=False)
         for axis, panel in zip(axes.flat, _PANELS, strict=True):
@@ -126,14 +126,13 @@ def _quiet_cells(axis: Axes, shape: tuple[int, ...]) -> None:
 
 
 def _name_ends(axes: np.ndarray, sources: list[str], receivers: list[str]) -> None:
-    """Sources beneath the lower matrices, receivers beside the left ones."""
-    for axis in axes[-1]:
+    """Sources beneath every matrix, receivers beside the left ones."""
+    for axis in axes.flat:
+        axis.tick_params(labelbottom=True)
         axis.set_xticks(range(len(sources)), [plain_name(s) for s in sources], rotation=40,
                         ha="right", rotation_mode="anchor", size=8.5)  # fmt: skip
-        axis.set_xlabel("source", color=MUTED)
     for axis in axes[:, 0]:
         axis.set_yticks(range(len(receivers)), [plain_name(r) for r in receivers], size=8.5)
-        axis.set_ylabel("receiver", color=MUTED)
 
 
 def _explain_fills(figure: Figure) -> None:

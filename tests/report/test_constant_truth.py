@@ -130,13 +130,13 @@ def test_tables_hold_estimate_deviation_and_truth_and_mark_what_is_far(estimated
 
 def test_verdict_counts_all_kinds(estimated, reference):
     text = constants_verdict(constant_tables({"Optimiser": estimated}, reference))
-    assert text.startswith("Optimiser: 1 of 4 constants (25 %) lie further than three")
-    assert "too small" in text
+    assert "deviations from the truth: 1 of 4 (Optimiser)." in text
+    assert text.endswith("The deviations stated by Optimiser are too small.")
     good = dataclasses.replace(
         estimated, calibration=estimated.calibration | {"mounting_offset/head": SHIFT}
     )
     text = constants_verdict(constant_tables({"Optimiser": good}, reference))
-    assert text.startswith("Optimiser: all 4 constants lie within three")
+    assert "0 of 4 (Optimiser)" in text and text.endswith("can be relied on.")
 
 
 def test_without_truth_or_deviation_nothing_is_marked(estimated, reference):
@@ -170,3 +170,4 @@ def test_the_page_marks_them(tmp_path, estimated, reference):
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
     assert '<td class="off">+24.0 \u00b1 1.0 *</td><td>+20.0</td>' in page
     assert "1 of 3 values beyond 3 standard deviations" in page
+    assert "Estimate &plusmn; stated standard deviation, beside the truth" in page
