@@ -69,8 +69,8 @@ def constant_tables(
     for names, solution in _distinct(solutions):
         truth = constant_truth(solution, recording)
         kinds = dict.fromkeys(key.split("/", 1)[0] for key in solution.calibration)
-        label = ", ".join(names)
-        out[f"Rest hold ({label})" if solution.method in FILTERS else label] = [
+        label = listed(names)
+        out[f"Rest hold of {label}" if solution.method in FILTERS else label] = [
             _table(kind, solution, truth) for kind in kinds
         ]
     return out

@@ -112,7 +112,8 @@ def widest(shapes: list[Bones], roots: np.ndarray, view: View) -> float:
 
 
 def _strip_axes(length: float, low: float, high: float, width: float) -> tuple[Axes, Figure]:
-    bottom = low - 0.14
+    # Room for the times, whatever the scale: a root that drifts makes the picture high.
+    bottom = low - 0.08 * (high - low)
     figure = Figure(figsize=(width, width * (high - bottom) / length))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set_xlim(0.0, length)

@@ -94,9 +94,11 @@ def _root_use(solution: Solution, recording: Recording | None) -> str:
         used = recording.root is not None and len(recording.root.time) > 0
     if used:
         return _given(solution.setup)
-    if asked == "auto" and recording is not None:
+    if asked != "auto":
+        return "Not stated by the solution."
+    if recording is not None:
         return "Free: the recording has no measured root pose."
-    return "Not stated by the solution."
+    return "Given if the recording had a measured root pose, else free; the recording would tell."
 
 
 def _given(setup: Setup) -> str:

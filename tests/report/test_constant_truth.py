@@ -152,7 +152,7 @@ def test_filters_of_one_rest_hold_share_their_table(estimated, reference):
     filtered = dataclasses.replace(estimated, method="ekf")
     smoothed = dataclasses.replace(estimated, method="ekf_smoothed")
     tables = constant_tables({"F": filtered, "S": smoothed, "O": estimated}, reference)
-    assert list(tables) == ["Rest hold (F, S)", "O"]
+    assert list(tables) == ["Rest hold of F and S", "O"]
 
 
 def test_steps_are_compared_with_the_truth_of_their_own_data(made, reference):

@@ -66,7 +66,9 @@ def test_free_root_and_methods_that_differ(made, reference):
     assert told.startswith("a and b: given: ") and " c: free: " in told
     filtered = dataclasses.replace(auto, statistics={"root": {"rms": 1.0}})
     assert root_sentence({"a": filtered}, None).startswith("Given")
-    assert root_sentence({"a": auto}, None) == "Not stated by the solution."
+    assert root_sentence({"a": auto}, None).endswith("else free; the recording would tell.")
+    silent = dataclasses.replace(made, options={})
+    assert root_sentence({"a": silent}, reference) == "Not stated by the solution."
 
 
 def test_body_without_a_root():
