@@ -103,7 +103,7 @@ class SequenceProblem:
         moved = np.asarray(topology.site_body, int)[sites]
         if layout.user:
             return np.ones(topology.nv, bool)
-        return topology.body_dofs[[layout.root_body, *moved]].any(axis=0)
+        return np.asarray(topology.body_dofs[[layout.root_body, *moved]].any(axis=0))
 
     @property
     def least_damping(self) -> float:
