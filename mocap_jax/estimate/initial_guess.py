@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from mocap_jax.body import Body, difference, retract
 from mocap_jax.errors import InputError
-from mocap_jax.estimate.filter import ekf
+from mocap_jax.estimate.filter import run_ekf
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.inputs import uses_root
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
@@ -23,23 +25,26 @@ _RANGE_MODEL = 0.02
 
 
 def first_guess(
-    recording: Recording, body: Body, options: OptimiseOptions, *, progress: bool
-) -> Solution:
+    recording: Recording, body: Body, options: OptimiseOptions, *, progress: bool,
+    meanwhile: Callable[[], object] = lambda: None,
+) -> Solution:  # fmt: skip
     """Run the estimator that `options.initial` names, on kinds that do not lead it astray.
 
     Without rates or orientations, accelerations turn a filter's headings away within seconds:
-    distances alone then make the guess, or the rest pose where there are none.
+    distances alone then make the guess, or the rest pose where there are none. `meanwhile` is
+    called as soon as the estimator's own programs are being compiled.
     """
     kinds = options.kinds
     if not set(kinds) & set("GO"):
         kinds = kinds.replace("A", "")
     if not kinds or (kinds == "D" and recording.ranges is None):
+        meanwhile()
         return at_rest(recording, body, use_root=uses_root(recording, options.root))
     smooth = options.initial == "ekf_smoothed"
     settings = EkfOptions(
         kinds=kinds, root=options.root, smooth=smooth, covariance=False, range_model=_RANGE_MODEL
     )
-    return ekf(recording, body, options=settings, progress=progress)
+    return run_ekf(recording, body, settings, progress=progress, meanwhile=meanwhile)
 
 
 def at_rest(recording: Recording, body: Body, *, use_root: bool) -> Solution:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import time
+from collections.abc import Callable
+from concurrent.futures import Future
 
 import numpy as np
 from tqdm import tqdm
@@ -11,6 +13,7 @@ from tqdm import tqdm
 from mocap_jax import linalg
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError, SolveError
+from mocap_jax.estimate.background import wait_for
 from mocap_jax.estimate.central_velocity import central_velocity
 from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.estimate.constant_names import constant_places, constants_from
@@ -19,7 +22,7 @@ from mocap_jax.estimate.inputs import body_of, gauge_remarks, uses_root
 from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.rest_biases import rest_biases
 from mocap_jax.estimate.sequence.adapt import implausible, re_estimate
-from mocap_jax.estimate.sequence.compile_ahead import CompileAhead
+from mocap_jax.estimate.sequence.compile_ahead import compile_ahead
 from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.levels import (
     Levels,
@@ -91,11 +94,10 @@ def optimise(
         )
         run = _Run(recording, body, data, built, options, root_given=root_given)
         if initial is None:
-            programs = CompileAhead(run.problem)
-            try:
-                initial = _initial(recording, body, options, progress=progress)
-            finally:
-                programs.wait()
+            programs: list[Future[None]] = []
+            queue = lambda: programs.extend(compile_ahead(run.problem))  # noqa: E731
+            initial = _initial(recording, body, options, progress=progress, meanwhile=queue)
+            wait_for(programs)
         constants = constants_from(initial, data.sensors, built.layout)
         state = State(on_grid(initial, body, data.time), constants)
         solution = run.solve(state, recording, root_given=root_given, progress=progress)
@@ -109,11 +111,14 @@ def optimise(
 
 
 def _initial(
-    recording: Recording, body: Body, options: OptimiseOptions, *, progress: bool
-) -> Solution:
-    """The initial guess that the options name."""
-    make = _orientation_pass if options.initial == "orientation" else first_guess
-    return make(recording, body, options, progress=progress)
+    recording: Recording, body: Body, options: OptimiseOptions, *, progress: bool,
+    meanwhile: Callable[[], object],
+) -> Solution:  # fmt: skip
+    """The initial guess that the options name; `meanwhile` queues work for the background."""
+    if options.initial == "orientation":
+        meanwhile()
+        return _orientation_pass(recording, body, options, progress=progress)
+    return first_guess(recording, body, options, progress=progress, meanwhile=meanwhile)
 
 
 def _orientation_pass(

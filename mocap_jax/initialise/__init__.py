@@ -3,7 +3,7 @@
 from mocap_jax.initialise.check_sensors import SensorCheck, check_sensors
 from mocap_jax.initialise.declared_pose import declared_pose
 from mocap_jax.initialise.rest_options import RestOptions
-from mocap_jax.initialise.rest_pose import RestEstimate, rest_pose
+from mocap_jax.initialise.rest_pose import RestEstimate, declared_rest, rest_pose
 from mocap_jax.initialise.still import Still, find_still
 
 __all__ = [
@@ -13,6 +13,7 @@ __all__ = [
     "Still",
     "check_sensors",
     "declared_pose",
+    "declared_rest",
     "find_still",
     "rest_pose",
 ]

@@ -108,6 +108,28 @@ def rest_pose(
     )
 
 
+def declared_rest(recording: Recording, body: Body, options: RestOptions) -> RestEstimate:
+    """What `rest_pose` starts from: the declared pose, and sensors as declared."""
+    site_of = {s.name: s.site for s in recording.setup.sensors}
+    sensors = tuple(recording.inertial)
+    none = np.zeros((len(sensors), 3))
+    return RestEstimate(
+        q=declared_pose(recording.setup.rest, body),
+        covariance=options.pose_sigma**2 * np.eye(body.nv),
+        mounting_rotation=none,
+        accelerometer_bias=none,
+        gyroscope_bias=none,
+        mounting_sigma=options.mounting_sigma,
+        mismatch=1.0,
+        accelerometer_bias_std=none + options.accelerometer_bias_sigma,
+        gyroscope_bias_std=none + options.gyroscope_bias_sigma,
+        mounting_std=none + options.mounting_sigma,
+        sensors=sensors,
+        sites=tuple(body.site_index(site_of.get(name, name)) for name in sensors),
+        still=find_still(recording, options),
+    )
+
+
 def _remarks(still: Still) -> tuple[str, ...]:
     if still.declared:
         return ()

@@ -6,8 +6,9 @@ import jax
 import numpy as np
 from test_sequence_assembly import make
 
+from mocap_jax.estimate.background import wait_for
 from mocap_jax.estimate.compile_clock import CompileClock
-from mocap_jax.estimate.sequence.compile_ahead import CompileAhead
+from mocap_jax.estimate.sequence.compile_ahead import compile_ahead
 
 
 def test_after_compiling_ahead_nothing_is_left_to_compile() -> None:
@@ -18,7 +19,7 @@ def test_after_compiling_ahead_nothing_is_left_to_compile() -> None:
         if event.endswith("backend_compile_duration"):
             compiled.append(str(about.get("fun_name")))
 
-    CompileAhead(problem).wait()
+    wait_for(compile_ahead(problem))
     jax.monitoring.register_event_duration_secs_listener(count)
     try:
         equations = problem.linearise(state)
@@ -33,9 +34,9 @@ def test_waiting_counts_as_compilation_once() -> None:
     problem, _ = make(2, chunk=6)
     clock = CompileClock()
     with clock:
-        CompileAhead(problem).wait()
+        wait_for(compile_ahead(problem))
     first, clock = clock.seconds, CompileClock()
     with clock:
-        CompileAhead(problem).wait()
+        wait_for(compile_ahead(problem))
     assert first > 0
     assert clock.seconds == 0

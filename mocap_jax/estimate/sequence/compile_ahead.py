@@ -1,15 +1,13 @@
-"""Compile a problem's programs in a thread of their own while the initial guess is made."""
+"""Compile a problem's programs in the background while the initial guess is made."""
 
 from __future__ import annotations
 
-import contextlib
-import time
-from threading import Thread
+from concurrent.futures import Future
 
 import jax
 import numpy as np
 
-from mocap_jax.estimate import compile_clock
+from mocap_jax.estimate.background import compile_later
 from mocap_jax.estimate.sequence.assemble import assemble_chunk, chunk_border, evaluate_chunk
 from mocap_jax.estimate.sequence.layout import Constants, Geometry
 from mocap_jax.estimate.sequence.problem import SequenceProblem
@@ -17,22 +15,12 @@ from mocap_jax.estimate.sequence.problem import SequenceProblem
 _compiled: set[object] = set()
 
 
-class CompileAhead:
-    """Runs the traced functions once on the first chunk, beside the caller."""
-
-    def __init__(self, problem: SequenceProblem) -> None:
-        self._thread: Thread | None = None
-        if problem.program not in _compiled:
-            _compiled.add(problem.program)
-            self._thread = Thread(target=_run, args=(problem,))
-            self._thread.start()
-
-    def wait(self) -> None:
-        """Return when all is compiled; the time counts as compilation."""
-        if self._thread is not None:
-            begin = time.perf_counter()
-            self._thread.join()
-            compile_clock.add(time.perf_counter() - begin)
+def compile_ahead(problem: SequenceProblem) -> list[Future[None]]:
+    """Queue running the traced functions once on the first chunk."""
+    if problem.program in _compiled:
+        return []
+    _compiled.add(problem.program)
+    return [compile_later(lambda: _run(problem))]
 
 
 def _run(problem: SequenceProblem) -> None:
@@ -44,9 +32,7 @@ def _run(problem: SequenceProblem) -> None:
     mounting = np.tile(np.eye(3, dtype=dtype), (len(zero), 1, 1))
     constants = jax.tree.map(jax.numpy.asarray, Constants(zero, zero, mounting, zero, geometry))
     arguments = (problem.body, np.asarray(terms.reference[0]), constants, terms, problem.weights)
-    # Whatever fails here fails again, and is reported, where its result is wanted.
-    with contextlib.suppress(Exception):
-        out = assemble_chunk(layout, *arguments)
-        if layout.use_border:
-            chunk_border(layout, *out.border_parts)
-        jax.block_until_ready(evaluate_chunk(layout, *arguments))
+    out = assemble_chunk(layout, *arguments)
+    if layout.use_border:
+        chunk_border(layout, *out.border_parts)
+    jax.block_until_ready(evaluate_chunk(layout, *arguments))

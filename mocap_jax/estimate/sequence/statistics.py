@@ -68,6 +68,7 @@ def _range_rows(
     out: dict[str, dict[str, float]] = {}
     heard, used = np.asarray(data.range_weight) > 0, info > 0
     ends = np.stack([built.terms.range_source, built.terms.range_receiver], -1)
+    lowered = _lowered(residual**2 * info, built)
     for source, receiver in np.unique(ends[heard], axis=0):
         pair = heard & (ends == [source, receiver]).all(-1)
         chosen = pair & used
@@ -75,12 +76,12 @@ def _range_rows(
         row["rejected"] = 1 - row["count"] / row["heard"]
         if chosen.any():
             row |= _row(-residual[chosen][:, None], info[chosen])
-            row["lowered"] = _lowered(residual[chosen] ** 2 * info[chosen], built)
+            row["lowered"] = float(lowered[chosen].mean())
         out[f"range/{name(source).removeprefix('source/')}-{name(receiver)}"] = row
     return out
 
 
-def _lowered(squared: np.ndarray, built: Built) -> float:
-    """Share of ranges that the robust loss leaves less than half of their weight."""
-    kept = np.asarray(weight(built.layout.range_loss, squared, built.weights.range_scale))
-    return float((kept < 0.5).mean())
+def _lowered(squared: np.ndarray, built: Built) -> np.ndarray:
+    """Which ranges the robust loss leaves less than half of their weight."""
+    # Of all at once: each new shape would be compiled.
+    return np.asarray(weight(built.layout.range_loss, squared, built.weights.range_scale)) < 0.5
