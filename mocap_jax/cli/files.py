@@ -38,7 +38,9 @@ def output_file(path: str | os.PathLike[str], suffixes: Iterable[str] = ()) -> P
     """
     file, valid = Path(path), tuple(suffixes)
     if valid and file.suffix.lower() not in valid:
-        raise UsageError(f"{file}: unknown suffix '{file.suffix}'; valid: {', '.join(valid)}")
+        raise UsageError(
+            f"--output {file}: unknown suffix '{file.suffix}'; valid: {', '.join(valid)}"
+        )
     folder = file.parent
     if not folder.is_dir():
         raise InputError(f"{file}: cannot be written, '{folder}' is not an existing folder")

@@ -84,16 +84,110 @@ def test_magnetometer_is_refused_by_name(refused, recording_file):
 
 @pytest.mark.parametrize("method", ["ukf", "optimize"])
 def test_unknown_method(refused, recording_file, method):
-    refused(["reconstruct", recording_file, "--method", method], USAGE, method, "optimise", "ekf")
+    refused(
+        ["reconstruct", recording_file, "--method", method],
+        USAGE,
+        "--method",
+        method,
+        "optimise",
+        "ekf",
+    )
 
 
 def test_unknown_preset(refused, recording_file):
-    refused(["reconstruct", recording_file, "--preset", "best"], USAGE, "best", "paper")
+    refused(["reconstruct", recording_file, "--preset", "best"], USAGE, "--preset", "best", "paper")
 
 
 def test_unknown_profile(refused, tmp_path):
     arguments = ["simulate", "walking", "-o", tmp_path / "a.mcap", "--profile", "real"]
-    refused(arguments, USAGE, "real", "ideal", "paper", "field")
+    refused(arguments, USAGE, "--profile", "real", "ideal", "paper", "field")
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "valid"),
+    [
+        ("--seed", "-1", "zero or more"),
+        ("--seed", "1.5", "zero or more"),
+        ("--skip", "-1", "zero or more"),
+        ("--sex", "boy", "female, male"),
+        ("--height", "30", "0.5 to 2.5 m"),
+        ("--height", "-1", "above zero"),
+        ("--mass", "1", "5 to 300 kg"),
+        ("--length", "Arm=0.3", "UpperArm"),
+        ("--length", "UpperArm=30", "0.112 to 0.701 m"),
+        ("--length", "UpperArm", "SEGMENT=METRES"),
+        ("--fps", "1e9", "1 to 10000"),
+        ("--scale", "1e9", "0.0001 to 10"),
+        ("--cutoff", "1e-9", "0.1 to 1000"),
+    ],
+)
+def test_wrong_value_of_an_option_of_simulate(refused, tmp_path, option, value, valid):
+    arguments = ["simulate", "walking", "-o", tmp_path / "a.mcap", option, value]
+    refused(arguments, USAGE, option, value.partition("=")[0], valid)
+
+
+@pytest.mark.parametrize("value", ["robot", "GIVEN"])
+def test_unknown_root(refused, recording_file, value):
+    refused(["reconstruct", recording_file, "--root", value], USAGE, "--root", value, "'free'")
+
+
+@pytest.mark.parametrize(
+    ("verb", "suffixes"), [("report", (".html",)), ("reconstruct", (".mcap",))]
+)
+def test_unknown_suffix_of_an_output(refused, tmp_path, verb, suffixes):
+    refused([verb, "a.mcap", "-o", tmp_path / "a.pdf"], USAGE, "--output", ".pdf", *suffixes)
+
+
+BVH = (
+    """HIERARCHY
+ROOT Hips
+{
+  OFFSET 0 90 0
+  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
+  JOINT Spine
+  {
+    OFFSET 0 30 0
+    CHANNELS 3 Zrotation Xrotation Yrotation
+    End Site
+    {
+      OFFSET 0 30 0
+    }
+  }
+}
+MOTION
+Frames: 12
+Frame Time: 0.01
+"""
+    + "0 90 0 1 2 3 4 5 6\n" * 12
+)
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "words"),
+    [
+        ("--skip", "12", ("no frames are left",)),
+        ("--skeleton", "a.asf", (".amc",)),
+        ("--mass", "1", ("5 to 300 kg",)),
+    ],
+)
+def test_option_that_does_not_fit_the_clip(refused, tmp_path, option, value, words):
+    clip = tmp_path / "a.bvh"
+    clip.write_text(BVH)
+    arguments = ["simulate", clip, "-o", tmp_path / "b.mcap", option, value]
+    if option == "--mass":
+        arguments += ["--body", "human-like-clip"]
+    refused(arguments, USAGE, option, *words)
+
+
+def test_fault_of_the_clip_itself_is_none_of_skip(refused, tmp_path):
+    clip = tmp_path / "a.bvh"
+    clip.write_text(BVH.replace("Frames: 12", "Frames: none"))
+    refused(["simulate", clip, "-o", tmp_path / "b.mcap", "--skip", "2"], FAILURE, "a.bvh")
+
+
+def test_scale_of_an_npz(refused, tmp_path):
+    arguments = ["simulate", "a.npz", "-o", tmp_path / "b.mcap", "--scale", "0.01"]
+    refused(arguments, USAGE, "--scale", ".amc and .bvh")
 
 
 @pytest.mark.parametrize("value", ["-3", "fast", "0", "inf"])
@@ -104,7 +198,7 @@ def test_frame_rate_that_is_none(refused, tmp_path, value):
 
 def test_unknown_suffix_of_an_export(refused, tmp_path):
     arguments = ["export", "a.solution.mcap", "-o", tmp_path / "a.fbx"]
-    refused(arguments, USAGE, ".fbx", ".bvh", ".csv", ".npz")
+    refused(arguments, USAGE, "--output", ".fbx", ".bvh", ".csv", ".npz")
 
 
 def test_file_option_for_a_builtin_motion(refused, tmp_path):
@@ -137,6 +231,8 @@ def test_file_that_is_not_mcap(refused, tmp_path, verb, content):
 def test_folder_instead_of_a_file(refused, tmp_path):
     refused(["reconstruct", tmp_path, "-o", tmp_path / "a.mcap"], FAILURE, str(tmp_path))
     refused(["info", tmp_path], FAILURE, "this is a folder")
+    refused(["reconstruct", "/"], FAILURE, "this is a folder")
+    refused(["reconstruct", ""], FAILURE, "this is a folder")
 
 
 def test_output_folder_that_does_not_exist(refused, recording_file, tmp_path):
