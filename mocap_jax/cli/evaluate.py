@@ -24,12 +24,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the verb."""
     json_file = output_file(arguments.json) if arguments.json else None
-    from mocap_jax.cli.reference import read_reference, warn_of_strangers
+    from mocap_jax.cli.reference import check_relation, read_reference
     from mocap_jax.metrics import evaluate
 
     solution = read_solution_input(arguments.solution)
     reference = read_reference(arguments.reference)
-    warn_of_strangers(arguments.solution, solution, arguments.reference, reference)
+    check_relation(arguments.solution, solution, arguments.reference, reference)
     errors = evaluate(solution, reference)
     print(errors)
     if json_file is not None:

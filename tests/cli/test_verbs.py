@@ -7,6 +7,7 @@ import json
 import math
 from pathlib import Path
 
+import jax
 import numpy as np
 import pytest
 
@@ -163,6 +164,52 @@ def test_evaluate_warns_of_another_recording(run, recording, reconstructed, tmp_
     assert "do not seem to be of the same recording: the sensors differ (chest" in outcome.err
     own = run("evaluate", reconstructed / "still.solution.mcap", reconstructed / "still.mcap")
     assert not own.err
+
+
+def foreign(recording, **provenance):
+    """The recording with facts that tell it apart."""
+    setup = dataclasses.replace(recording.setup, provenance=provenance)
+    return dataclasses.replace(recording, setup=setup)
+
+
+@pytest.mark.parametrize("verb", ["evaluate", "report"])
+def test_a_foreign_reference_is_refused(run, recording, tmp_path, verb):
+    write_recording(tmp_path / "stand.mcap", foreign(recording, motion="stand"))
+    write_recording(tmp_path / "run.mcap", foreign(recording, motion="run"))
+    solution = tmp_path / "stand.solution.mcap"
+    options = ["--method", "ekf", "--sensors", "A,G"]
+    assert run("reconstruct", tmp_path / "stand.mcap", *options).code == 0
+    outputs = ["--json", tmp_path / "a.json"] if verb == "evaluate" else ["-o", tmp_path / "a.html"]
+    reference = ["--recording"] * (verb == "report")
+    outcome = run(verb, solution, *reference, tmp_path / "run.mcap", *outputs)
+    assert outcome.code == 1 and len(outcome.error_lines) == 1 and not outcome.out
+    assert outcome.err.startswith("mocap-jax: error:")
+    for word in ("stand.solution.mcap", "run.mcap", "motion differs (stand here, run in the"):
+        assert word in outcome.err
+    assert not list(tmp_path.glob("a.*"))
+    assert run(verb, solution, *reference, tmp_path / "stand.mcap", *outputs).code == 0
+
+
+def test_a_reference_of_another_time_is_refused(run, recording, reconstructed, tmp_path):
+    half = len(recording.truth.trajectory.time) // 2
+    cut = lambda tree: jax.tree.map(lambda x: np.asarray(x)[:half], tree)  # noqa: E731
+    short = dataclasses.replace(
+        recording,
+        inertial={name: cut(board) for name, board in recording.inertial.items()},
+        root=cut(recording.root),
+        truth=dataclasses.replace(recording.truth, trajectory=cut(recording.truth.trajectory)),
+    )
+    write_recording(tmp_path / "short.mcap", short)
+    outcome = run("evaluate", reconstructed / "still.solution.mcap", tmp_path / "short.mcap")
+    assert outcome.code == 1 and len(outcome.error_lines) == 1
+    assert "of 181 frames lie outside the reference's time (0.00 s to 1.48 s)" in outcome.err
+
+
+def test_a_reference_without_truth_is_refused(run, recording, reconstructed, tmp_path):
+    write_recording(tmp_path / "blind.mcap", dataclasses.replace(recording, truth=None))
+    outcome = run("evaluate", reconstructed / "still.solution.mcap", tmp_path / "blind.mcap")
+    assert outcome.code == 1 and len(outcome.error_lines) == 1
+    assert "blind.mcap: a recording without truth" in outcome.err
 
 
 def test_comparison_explains_the_papers_joints():
