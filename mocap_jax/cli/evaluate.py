@@ -11,6 +11,13 @@ from mocap_jax.cli.results import to_json, write_json
 SUMMARY = "compare a solution with a recording's truth or with another solution"
 EXAMPLE = "mocap-jax evaluate walk.solution.mcap walk.mcap --json errors.json"
 
+NOTE = """exit codes:
+  0  errors were computed, at most with a warning (other sensors, another seed)
+  1  no errors: the reference holds no truth, or is of another recording (motion, subject, time,
+     body), so that errors against it would mean nothing
+  2  wrong usage
+  3  errors were computed, from a damaged file"""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""

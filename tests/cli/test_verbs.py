@@ -151,6 +151,49 @@ def test_suspicious_sensors_are_named(run, recording, tmp_path):
     assert "Sensor chest" in made.out
 
 
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda b: {"accelerometer": np.asarray(b.accelerometer) / 9.81}, "probably g"),
+        (lambda b: {"time": np.asarray(b.time)[::-1]}, "time goes backwards"),
+    ],
+    ids=["unit", "time"],
+)
+def test_info_of_what_cannot_be_true_is_that_of_a_damaged_file(
+    run, recording, tmp_path, change, words
+):
+    """`reconstruct` refuses such a recording; `info` still tells what is in it."""
+    board = recording.inertial["chest"]
+    wrong = {"chest": dataclasses.replace(board, **change(board))}
+    path = tmp_path / "wrong.mcap"
+    write_recording(path, dataclasses.replace(recording, inertial=recording.inertial | wrong))
+    info = run("info", path)
+    assert info.code == SALVAGED and not info.err
+    assert f"fault: {path}: /inertial/chest: " in info.out and words in info.out
+    assert "inertial sensors: 2" in info.out
+    refused = run("reconstruct", path, "--method", "ekf")
+    assert refused.code == 1 and words in refused.err
+
+
+def test_info_of_a_broken_body(run, recording, tmp_path):
+    path = tmp_path / "wrong.mcap"
+    broken = recording.body_xml.replace("</worldbody>", "")
+    write_recording(path, dataclasses.replace(recording, body_xml=broken))
+    info = run("info", path)
+    assert info.code == SALVAGED and "fault: " in info.out and "body.xml" in info.out
+
+
+def test_info_without_a_body_is_sound(run, recording, tmp_path):
+    path = tmp_path / "bodiless.mcap"
+    write_recording(path, dataclasses.replace(recording, body_xml=None))
+    assert run("info", path).code == 0
+
+
+def test_info_explains_its_exit_codes(run):
+    text = run("info", "--help").out
+    assert "exit codes:" in text and all(f"\n  {code}  " in text for code in range(4))
+
+
 def test_info_finds_nothing_suspicious(run, recording_file):
     assert "sensor check: nothing suspicious" in run("info", recording_file).out
 
