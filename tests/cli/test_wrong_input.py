@@ -235,6 +235,20 @@ def test_folder_instead_of_a_file(refused, tmp_path):
     refused(["reconstruct", ""], FAILURE, "this is a folder")
 
 
+@pytest.mark.parametrize("name", ["motion.bvh", "07_01.AMC", "walk.npz"])
+@pytest.mark.parametrize("verb", ["reconstruct", "export", "evaluate"])
+def test_motion_where_a_recording_is_wanted(refused, tmp_path, verb, name):
+    motion = tmp_path / name
+    motion.write_text("HIERARCHY\n")
+    after = {"export": ["-o", tmp_path / "a.csv"], "evaluate": ["b.mcap"]}.get(verb, [])
+    hint = f"mocap-jax simulate {motion} -o {motion.stem}.mcap"
+    refused([verb, motion, *after], FAILURE, "this is a motion file", hint)
+
+
+def test_motion_that_is_not_there(refused, tmp_path):
+    refused(["reconstruct", tmp_path / "none.bvh"], FAILURE, "none.bvh: no such file")
+
+
 def test_output_folder_that_does_not_exist(refused, recording_file, tmp_path):
     output = tmp_path / "no" / "such" / "a.mcap"
     refused(["reconstruct", recording_file, "-o", output], FAILURE, "no/such")
