@@ -262,6 +262,24 @@ def test_comparison_explains_the_papers_joints():
     assert "neck, shoulder, hip [deg]" in text and "table 1 in Vlasic et al. 2007" in text
 
 
+def test_comparison_has_one_row_a_joint_and_one_column_a_method():
+    def table(error):
+        values = {"RightHand": error, "Head": 2 * error, "mean": 1.5 * error}
+        return ErrorTable(
+            {"orientation_error_mean_deg": values | {"mean_observed": error}},
+            ("RightHand",), (), 10, (0.0, 1.0),
+        )  # fmt: skip
+
+    text = comparison_table({"ekf": table(4.0), "ekf_smoothed": table(3.0), "optimise": table(1.0)})
+    rows = {line[:30].strip(): line[30:].split() for line in text.splitlines()}
+    assert rows["1 observed joints [deg]"] == ["ekf", "ekf_smoothed", "optimise"]
+    assert rows["RightHand"] == ["4.000", "3.000", "1.000"]
+    assert rows["mean of observed joints [deg]"] == ["4.000", "3.000", "1.000"]
+    assert rows["mean of all joints [deg]"] == ["6.000", "4.500", "1.500"]
+    assert text.count("RightHand") == 1 and "Head" not in rows
+    assert "relative to the pelvis" in text and "Vlasic" not in text
+
+
 def test_effort_counts_steps_of_all_rounds(reconstructed):
     solution = read_solution(reconstructed / "still.solution.mcap")
     assert "steps" not in describe_solution(solution)
