@@ -113,12 +113,11 @@ def _on_body(motion: Motion, body: Body | None) -> Motion:
     """The motion retargeted to a body, if one is given; prints how well that went."""
     if body is None:
         return motion
-    from mocap_jax.motion import retarget, retarget_errors
+    from mocap_jax.motion import retarget, retarget_errors, retarget_table
 
     fitted = retarget(motion, body)
-    errors = retarget_errors(motion, fitted).round(1)
     print(f"retargeted to another body, leg lengths {fitted.facts['scale']:.3f} times the clip's:")
-    print(errors.to_string(na_rep="-", index_names=False))
+    print(retarget_table(retarget_errors(motion, fitted)))
     return fitted
 
 
