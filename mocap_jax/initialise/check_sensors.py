@@ -76,14 +76,14 @@ class SensorCheck:
             chain = [f"{a} fits the place of {b}" for a, b in zip(group, (*group[1:], group[0]),
                                                                   strict=True)]  # fmt: skip
             why = "each fits the other's place better" if len(group) == 2 else ", ".join(chain)
-            names = " and ".join(group)
+            swapped = " and ".join(group)
             if group in self.inertial_only:
                 lines.append(
-                    f"The inertial data of sensors {names} look swapped: {why}. Their distances "
+                    f"The inertial data of sensors {swapped} look swapped: {why}. Their distances "
                     "fit where they are (cables or names exchanged, or a gyroscope at fault?)."
                 )
             else:
-                lines.append(f"Sensors {names} look swapped: {why}.")
+                lines.append(f"Sensors {swapped} look swapped: {why}.")
         shared: dict[str, list[str]] = {}
         for sensor, texts in self.faults.items():
             for text in texts:

@@ -125,8 +125,8 @@ def exchanged(
         worn = best.worn
         trials = [
             (best.swapped(a, b, inertial_only=alone), _MARGIN_INERTIAL if alone else _MARGIN)
-            for a in sites
-            for b in sites[:a]
+            for a in range(len(sites))
+            for b in range(a)
             if allowed[worn[a], b] and allowed[worn[b], a]
             for alone in (False, True)[: 1 + inertial_only]
         ]
