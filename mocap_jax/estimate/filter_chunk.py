@@ -78,8 +78,9 @@ def smooth_chunk(
 
     def backward(carry: State, inputs: tuple[State, Array]) -> tuple[State, Estimates]:
         here, follows = inputs
-        smoothed = smooth_step(manifold, process, dynamics, here, carry)
-        keep = follows & jnp.isfinite(smoothed.covariance).all()
+        smoothed = smooth_step(manifold, process, dynamics, here, carry, covariance)
+        finite = [jnp.isfinite(x).all() for x in smoothed]
+        keep = follows & jnp.stack(finite).all()
         smoothed = jax.tree.map(lambda a, b: jnp.where(keep, a, b), smoothed, here)
         marginal = smoothed.covariance[:nv, :nv] if covariance else None
         return smoothed, Estimates(smoothed.q, smoothed.v, marginal)

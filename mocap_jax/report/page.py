@@ -16,10 +16,18 @@ from mocap_jax.io.atomic import atomic_file
 from mocap_jax.metrics import ErrorTable, evaluate
 from mocap_jax.recording import Recording
 from mocap_jax.report import tables
+from mocap_jax.report.constant_tables import constant_tables, constants_verdict
 from mocap_jax.report.pictures import all_pictures
 from mocap_jax.report.player import player_data
 from mocap_jax.report.statistic_streams import statistic_sources
 from mocap_jax.report.style import colours
+from mocap_jax.report.summary import summary_rows
+from mocap_jax.report.verdicts import (
+    accuracy_verdict,
+    consistency_table,
+    coverages,
+    uncertainty_verdict,
+)
 from mocap_jax.solution import Solution
 
 _METHOD_NAMES = {
@@ -81,9 +89,13 @@ def render(solutions: dict[str, Solution], recording: Recording | None) -> str:
     )
     usable = {n: s for n, s in solutions.items() if _drawable(s)}
     errors, palette = _errors(usable, recording), colours(list(solutions))
+    constants = constant_tables(solutions, recording)
+    covered = coverages(usable, recording) if errors else {}
+    accuracy, uncertainty = accuracy_verdict(errors, usable), uncertainty_verdict(covered)
     return environment.get_template("page.html.j2").render(
         title=_title(solutions, recording),
         subtitle=_subtitle(solutions, recording),
+        summary=summary_rows(solutions, recording, accuracy, uncertainty),
         facts=_facts(solutions, recording, errors),
         cards=[_card(n, s, c) for (n, s), c in zip(
             solutions.items(), palette.values(), strict=True)],
@@ -94,13 +106,14 @@ def render(solutions: dict[str, Solution], recording: Recording | None) -> str:
         root_relative=tables.root_table(errors) if errors else None,
         joints=tables.joint_table(errors) if errors else None,
         angles=tables.angle_table(errors) if errors else None,
-        consistency=(
-            tables.consistency_table(usable, recording) if errors and recording else None
-        ),
+        accuracy=accuracy,
+        uncertainty=uncertainty,
+        consistency=consistency_table(covered),
         scored=_scored(errors),
         observed=next((", ".join(e.observed) for e in errors.values()), ""),
         residuals=tables.residual_table(statistic_sources(solutions)),
-        calibration=tables.calibration_tables(solutions, recording),
+        constant_tables=constants,
+        constants_verdict=constants_verdict(constants),
         player=player_data(usable, palette, recording if errors else None) if usable else None,
         **all_pictures(usable, recording, palette, scored=bool(errors)),
     )  # fmt: skip
@@ -147,7 +160,8 @@ def _subtitle(solutions: dict[str, Solution], recording: Recording | None) -> st
     subject = recording.subject if recording is not None else ""
     parts = [subject] if subject and subject != _title(solutions, recording) else []
     if profile := setup.provenance.get("profile"):
-        parts.append(f"{profile} profile")
+        kind = "simulated, " if setup.provenance.get("simulated") else ""
+        parts.append(f"{kind}{profile} profile")
     if recording is not None and recording.start_utc_ns:
         start = datetime.fromtimestamp(recording.start_utc_ns / 1e9, UTC)
         parts.append(f"{start:%Y-%m-%d %H:%M} UTC")

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from mocap_jax.recording import Recording
 from mocap_jax.report.angle_figures import hinge_figure, trunk_figure
-from mocap_jax.report.range_figures import confidence_figure, range_matrices
+from mocap_jax.report.confidence_figure import confidence_figure
+from mocap_jax.report.range_figures import range_matrices
 from mocap_jax.report.statistic_figures import cost_figure, residual_figure
-from mocap_jax.report.statistic_streams import source_colours, statistic_sources
+from mocap_jax.report.statistic_streams import (
+    range_pairs,
+    source_colours,
+    statistic_sources,
+    unheard_pairs,
+)
 from mocap_jax.report.steps import constants_figure, rest_figure, steps_of
 from mocap_jax.report.strip import motion_strip
 from mocap_jax.report.style import embedded, embedded_raster
@@ -52,13 +57,20 @@ def all_pictures(
         **_statistics(solutions, palette),
         **_found(solutions, reference, palette),
         "confidence": _raster(
-            confidence_figure(recording) if recording is not None else None,
-            "Confidence of every distance over time, averaged over short intervals: blue is good, "
-            "red is useless (occluded, or an echo), white is nothing received. One panel a source, "
-            "one line a receiver (compare Vlasic 2007, figure 5). Estimators weight distances by "
-            "it.",
+            _confidence(solutions, recording),
+            "Confidence of every distance over time, averaged over short intervals: blue is a "
+            "clear path, pale an obstructed one (by the body, or heard as an echo), which is "
+            "normal while limbs move. One panel a source, one line a receiver (compare Vlasic "
+            "2007, figure 5). Estimators weight distances by it.",
         ),
     }
+
+
+def _confidence(solutions: dict[str, Solution], recording: Recording | None) -> Figure | None:
+    """With the pairs grey that no method could use."""
+    unheard = [u for s in solutions.values() if range_pairs(s) and (u := unheard_pairs(s))]
+    shared = frozenset.intersection(*unheard) if unheard else frozenset()
+    return confidence_figure(recording, shared) if recording is not None else None
 
 
 def _motion(
@@ -72,7 +84,8 @@ def _motion(
         _picture(
             motion_strip(s, reference, colour=palette[n]),
             "Eight moments, evenly spaced." + (
-                " The true pose stands grey behind, on the same root." if reference else ""
+                " Dark lines, and grey behind: the true pose, on the same root. White lines: the "
+                "estimate's own limbs." if reference else ""
             ),
             n,
         )
@@ -122,11 +135,11 @@ def _statistics(solutions: dict[str, Solution], palette: dict[str, str]) -> dict
 def _found(
     solutions: dict[str, Solution], reference: Recording | None, palette: dict[str, str]
 ) -> dict[str, object]:
-    truth = dict(reference.truth.parameters) if reference and reference.truth else {}
-    known = {k: np.asarray(v, float) for k, v in truth.items()}
+    steps = steps_of(solutions, palette, reference)
+    known = any(step.truth for step in steps)
     return {
         "constants": _picture(
-            constants_figure(steps_of(solutions, palette), known),
+            constants_figure(steps),
             ("Distance between true and estimated constants of every sensor (length of the vector "
              "difference): " if known else "Constants of every sensor (length of the vector): ")
             + "as declared (zero), after the rest hold (filters use that result and leave it as it "

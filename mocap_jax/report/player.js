@@ -5,6 +5,7 @@
   const slider = document.getElementById("player-slider");
   const button = document.getElementById("player-button");
   const label = document.getElementById("player-time");
+  const apart = document.getElementById("player-apart");
   const speed = document.getElementById("player-speed");
   const pen = canvas.getContext("2d");
   const last = data.time.length - 1;
@@ -55,7 +56,8 @@
     }
   }
 
-  function drawFigure(figure, frame, height, scale, middle, floor, ghost) {
+  // Limbs and heads of a figure in the picture, far ones first.
+  function placed(figure, frame, height, scale, middle, floor) {
     const at = frame * figure.count * 3, p = figure.xyz, places = [];
     for (let i = 0; i < figure.count; i++) {
       // On one root: poses are compared, not drift.
@@ -66,37 +68,61 @@
     const items = figure.strokes.map(([a, b, w]) =>
       ({ a: places[a], b: places[b], w: w, depth: (places[a][2] + places[b][2]) / 2 }));
     for (const [i, r] of figure.heads) items.push({ head: places[i], w: r, depth: places[i][2] });
-    items.sort((a, b) => a.depth - b.depth);
+    return items.sort((a, b) => a.depth - b.depth);
+  }
+
+  function drawFigure(figure, frame, height, scale, middle, floor) {
+    const items = placed(figure, frame, height, scale, middle, floor);
     const far = items[0].depth, range = Math.max(items[items.length - 1].depth - far, 1e-6);
     pen.lineCap = "round";
     for (const item of items) {
-      const colour = lighter(figure.colour, ghost ? 0.2 : 0.35 * (item.depth - far) / range);
+      const colour = lighter(figure.colour, 0.35 * (item.depth - far) / range);
       if (item.head) {
         pen.beginPath();
         pen.arc(item.head[0], item.head[1], item.w * scale, 0, 2 * Math.PI);
-        if (!ghost) { pen.lineWidth = 2; pen.strokeStyle = "#fff"; pen.stroke(); }
+        pen.lineWidth = 2; pen.strokeStyle = "#fff"; pen.stroke();
         pen.fillStyle = colour; pen.fill();
         continue;
       }
       pen.beginPath();
       pen.moveTo(item.a[0], item.a[1]); pen.lineTo(item.b[0], item.b[1]);
-      if (!ghost) { pen.strokeStyle = "#fff"; pen.lineWidth = item.w * scale + 2.5; pen.stroke(); }
+      pen.strokeStyle = "#fff"; pen.lineWidth = item.w * scale + 2.5; pen.stroke();
       pen.strokeStyle = colour; pen.lineWidth = item.w * scale; pen.stroke();
     }
   }
 
-  // Thin lines over everything: where the truth is, also where limbs hide it.
-  function drawLines(figure, frame, height, scale, middle, floor) {
-    const at = frame * figure.count * 3, p = figure.xyz;
-    const place = (i) => project(p[at + 3 * i] - p[at], p[at + 3 * i + 1] - p[at + 1],
-      p[at + 3 * i + 2] - p[at + 2] + height);
-    pen.strokeStyle = "#1f2933"; pen.lineWidth = 1.3;
-    for (const [i, j] of figure.strokes) {
-      const a = place(i), b = place(j);
-      pen.beginPath();
-      pen.moveTo(middle + scale * a[0], floor - scale * a[1]);
-      pen.lineTo(middle + scale * b[0], floor - scale * b[1]);
-      pen.stroke();
+  // A figure as outlines over everything: where the truth is, also where limbs hide it.
+  const layer = document.createElement("canvas"), rim = layer.getContext("2d");
+  function drawOutlines(figure, frame, height, scale, middle, floor) {
+    const items = placed(figure, frame, height, scale, middle, floor);
+    layer.width = canvas.width; layer.height = canvas.height;
+    rim.setTransform(pen.getTransform());
+    rim.lineCap = "round"; rim.strokeStyle = rim.fillStyle = "#1f2933";
+    // Each limb a little too wide, then its inside taken away with what lies behind it.
+    for (const item of items) { trace(item, 0.9, "source-over"); trace(item, 0, "destination-out"); }
+    stamp(0.5);
+    // The same for all limbs together: the rim of the whole figure.
+    rim.clearRect(0, 0, canvas.width, canvas.height);
+    for (const item of items) trace(item, 1.6, "source-over");
+    for (const item of items) trace(item, 0, "destination-out");
+    stamp(1);
+
+    function trace(item, wider, how) {
+      rim.globalCompositeOperation = how;
+      rim.beginPath();
+      if (item.head) {
+        rim.arc(item.head[0], item.head[1], item.w * scale + wider, 0, 2 * Math.PI); rim.fill();
+        return;
+      }
+      rim.lineWidth = item.w * scale + 2 * wider;
+      rim.moveTo(item.a[0], item.a[1]); rim.lineTo(item.b[0], item.b[1]); rim.stroke();
+    }
+    function stamp(alpha) {
+      pen.save();
+      pen.setTransform(1, 0, 0, 1, 0, 0);
+      pen.globalAlpha = alpha;
+      pen.drawImage(layer, 0, 0);
+      pen.restore();
     }
   }
 
@@ -111,19 +137,20 @@
     const frame = Math.max(0, Math.min(last, Math.round(part * last)));
     const shown = data.figures.filter((f) => f.box.checked);
     const scale = h / 2.35, floor = h * 0.9;
-    const lead = data.figures[0], at = frame * lead.count * 3;
+    const lead = data.figures[0], at = frame * lead.count * 3, height = lead.xyz[at + 2];
     drawGround([lead.xyz[at], lead.xyz[at + 1]], scale, w / 2, floor);
-    for (const figure of shown) {
-      const ghost = figure.name === "Truth" && shown.length > 1;
-      pen.globalAlpha = ghost ? 1 : shown.length > 2 ? 0.75 : 0.9;
-      drawFigure(figure, frame, lead.xyz[at + 2], scale, w / 2, floor, ghost);
-    }
-    pen.globalAlpha = 0.7;
-    for (const figure of shown) {
-      if (figure.name === "Truth" && shown.length > 1)
-        drawLines(figure, frame, lead.xyz[at + 2], scale, w / 2, floor);
-    }
+    const step = apart.checked ? Math.min(1.0 * scale, w / (shown.length + 0.5)) : 0;
+    const middle = (i) => w / 2 + step * (i - (shown.length - 1) / 2);
+    const over = (figure) => figure.truth && shown.length > 1 && !apart.checked;
+    shown.forEach((figure, i) => {
+      if (over(figure)) return;
+      pen.globalAlpha = apart.checked || shown.length === 1 ? 1 : shown.length > 2 ? 0.55 : 0.8;
+      drawFigure(figure, frame, height, scale, middle(i), floor);
+    });
     pen.globalAlpha = 1;
+    shown.forEach((figure, i) => {
+      if (over(figure)) drawOutlines(figure, frame, height, scale, middle(i), floor);
+    });
     slider.value = frame;
     label.textContent = data.time[frame].toFixed(2) + " s";
   }
@@ -142,6 +169,7 @@
     button.textContent = playing ? "Pause" : "Play";
     if (playing) requestAnimationFrame(tick);
   });
+  apart.addEventListener("change", draw);
   slider.max = last;
   slider.addEventListener("input", function () { now = data.time[+slider.value]; draw(); });
   canvas.addEventListener("pointerdown", (e) => canvas.setPointerCapture(e.pointerId));

@@ -25,27 +25,32 @@ def player_data(
 ) -> dict[str, object]:
     """What `player.js` draws: times, and for every figure its strokes and their points.
 
-    Points are little-endian 16-bit integers in millimetres from the first root position on the
-    ground, as base64.
+    The truth, where it is known, comes first and is marked `truth`: it is drawn as an outline over
+    the estimates. Points are little-endian 16-bit integers in millimetres from the first root
+    position on the ground, as base64.
     """
     first = next(iter(solutions.values()))
     time = np.asarray(first.trajectory.time)
     count = int(np.clip((time[-1] - time[0]) * _RATE_HZ + 1, 2, _MOST))
     shown = np.linspace(time[0], time[-1], count)
     figures, origin = [], None
-    moving: dict[str, tuple[Body, np.ndarray, str]] = {}
-    if recording is not None and recording.truth is not None:
+    moving: list[tuple[str, Body, np.ndarray, str]] = []
+    known = recording is not None and recording.truth is not None
+    if recording is not None and known:
         body, trajectory = truth_of(recording)
-        moving["Truth"] = (body, interpolate(body, trajectory, shown), TRUTH)
+        moving.append(("Truth", body, interpolate(body, trajectory, shown), TRUTH))
     for name, s in solutions.items():
-        moving[name] = (s.body, interpolate(s.body, s.trajectory, shown), colours[name])
+        moving.append((name, s.body, interpolate(s.body, s.trajectory, shown), colours[name]))
     heading = 0.0
-    for name, (body, q, colour) in moving.items():
+    for i, (name, body, q, colour) in enumerate(moving):
         R, p = segment_poses(body, q)
         if origin is None:
             origin = p[0, root_segment(body.topology)] * [1.0, 1.0, 0.0]
             heading = facing(body, R)
-        figures.append({"name": name, "colour": colour, **_figure(body, R, p, origin)})
+        truth = known and i == 0
+        figures.append(
+            {"name": name, "colour": colour, "truth": truth, **_figure(body, R, p, origin)}
+        )
     return {
         "time": [round(float(t), 3) for t in shown],
         "heading": round(heading, 3),

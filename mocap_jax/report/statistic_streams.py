@@ -53,6 +53,22 @@ def range_pairs(solution: Solution) -> dict[tuple[str, str], dict[str, float]]:
     return out
 
 
+def unheard_pairs(solution: Solution) -> frozenset[tuple[str, str]]:
+    """Pairs (source, receiver) that cannot hear each other: the receiver is always behind.
+
+    What the receiver picks up of such a source are echoes, and none of it is used. A pair whose
+    distances all have confidence zero has no statistics, and belongs to them as well.
+    """
+    pairs = range_pairs(solution)
+    sources, receivers = range_ends(solution)
+    return frozenset(
+        (s, r)
+        for s in sources
+        for r in receivers
+        if (s, r) not in pairs or not pairs[s, r].get("count", 0.0)
+    )
+
+
 def range_ends(solution: Solution) -> tuple[list[str], list[str]]:
     """Sources and receivers that have statistics, in the set-up's order where it names them."""
     pairs = range_pairs(solution)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import jax.numpy as jnp
 import numpy as np
@@ -15,10 +15,10 @@ from mocap_jax.errors import InputError
 from mocap_jax.initialise import declared_pose
 from mocap_jax.metrics.align import interpolate, truth_of
 from mocap_jax.recording import Recording
+from mocap_jax.report.constant_truth import FILTERS, constant_truth
 from mocap_jax.report.style import INK, MUTED, RC, plain_name
 from mocap_jax.solution import Solution
 
-_FILTERS = ("ekf", "ekf_smoothed")
 # Kind of constant: title, factor and unit for people.
 CONSTANTS = {
     "mounting_rotation": ("Mounting rotation", 180 / np.pi, "deg"),
@@ -36,22 +36,25 @@ class Step:
     colour: str
     values: dict[str, np.ndarray]
     deviations: dict[str, np.ndarray]
+    truth: dict[str, np.ndarray] = field(default_factory=dict)
 
 
-def steps_of(solutions: dict[str, Solution], colours: dict[str, str]) -> list[Step]:
+def steps_of(
+    solutions: dict[str, Solution], colours: dict[str, str], recording: Recording | None = None
+) -> list[Step]:
     """Steps that estimate constants: the rest hold (whose result filters use), and optimisers."""
     out: list[Step] = []
     for name, s in solutions.items():
-        filtered = s.method in _FILTERS
+        filtered = s.method in FILTERS
         if not s.calibration or (filtered and any(step.name == "Rest hold" for step in out)):
             continue
         step = Step("Rest hold" if filtered else name, colours[name], s.calibration,
-                    s.calibration_std)  # fmt: skip
+                    s.calibration_std, constant_truth(s, recording))  # fmt: skip
         out.insert(0, step) if filtered else out.append(step)
     return out
 
 
-def constants_figure(steps: list[Step], truth: dict[str, np.ndarray]) -> Figure | None:
+def constants_figure(steps: list[Step]) -> Figure | None:
     """Per sensor and kind: how far from the truth each step ends (without truth: what it found)."""
     shown = {kind: _sensors(steps, kind) for kind in CONSTANTS}
     shown = {kind: sensors for kind, sensors in shown.items() if sensors}
@@ -62,7 +65,7 @@ def constants_figure(steps: list[Step], truth: dict[str, np.ndarray]) -> Figure 
         figure = Figure(figsize=(10.5, 0.23 * most + 1.3), layout="constrained")
         panels = figure.subplots(1, len(shown), squeeze=False)[0]
         for panel, (kind, sensors) in zip(panels, shown.items(), strict=True):
-            _constant_panel(panel, kind, sensors, steps, truth)
+            _constant_panel(panel, kind, sensors, steps)
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper right", ncols=len(labels))
     return figure
@@ -73,19 +76,18 @@ def _sensors(steps: list[Step], kind: str) -> list[str]:
     return [k.removeprefix(f"{kind}/") for k in keys]
 
 
-def _constant_panel(
-    panel: Axes, kind: str, sensors: list[str], steps: list[Step], truth: dict[str, np.ndarray]
-) -> None:
+def _constant_panel(panel: Axes, kind: str, sensors: list[str], steps: list[Step]) -> None:
     title, factor, unit = CONSTANTS[kind]
     rows = np.arange(len(sensors))
     keys = [f"{kind}/{sensor}" for sensor in sensors]
-    known = all(key in truth for key in keys)
+    truth = steps[-1].truth
+    known = all(key in step.truth for key in keys for step in steps)
     if known:
         panel.plot(np.array([factor * np.linalg.norm(truth[k]) for k in keys]), rows, "o", ms=5.5,
                    mfc=_DECLARED, mec=MUTED, label="declared (before any step)")  # fmt: skip
     for i, step in enumerate(steps):
         at = rows + 0.16 * (i - (len(steps) - 1) / 2)
-        centre = [truth[k] if known else np.zeros(3) for k in keys]
+        centre = [step.truth[k] if known else np.zeros(3) for k in keys]
         size = [factor * np.linalg.norm(step.values[k] - c) if k in step.values else np.nan
                 for k, c in zip(keys, centre, strict=True)]  # fmt: skip
         stated = [factor * np.linalg.norm(step.deviations.get(k, np.nan)) for k in keys]

@@ -205,6 +205,19 @@ def draw_bones(
         ))  # fmt: skip
 
 
+def draw_lines(
+    axes: Axes, shape: Bones, root: np.ndarray, view: View, at: tuple[float, float], colour: str
+) -> None:
+    """Draw thin lines along the limbs over everything: they show where a hidden body is."""
+    ground = np.array([root[0], root[1], 0.0])
+    shift = np.array(at) - view.flat(ground[None])[0]
+    lines = np.stack([view.flat(shape.start) + shift, view.flat(shape.end) + shift], axis=1)
+    axes.add_collection(
+        LineCollection(list(lines), colors=[colour], linewidths=[0.9], capstyle="round", zorder=20),
+        autolim=False,
+    )
+
+
 def _lighter(colour: str, amount: float) -> tuple[float, float, float]:
     r, g, b = (c + (1.0 - c) * amount for c in to_rgb(colour))
     return r, g, b

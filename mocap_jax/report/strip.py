@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from mocap_jax.body import Body
 from mocap_jax.metrics.align import align
 from mocap_jax.recording import Recording
-from mocap_jax.report.stick import Bones, View, bones, draw_bones, facing, view_from
+from mocap_jax.report.stick import Bones, View, bones, draw_bones, draw_lines, facing, view_from
 from mocap_jax.report.style import ESTIMATE, INK, MUTED, TRUTH
 from mocap_jax.solution import Solution
 from mocap_jax.solution.anatomy import anatomical_frames
@@ -43,6 +43,9 @@ def motion_strip(
         if ghosts:
             draw_bones(axes, ghosts[k], roots[k], view, place, TRUTH, 1.0, outline=False)
         draw_bones(axes, shape, roots[k], view, place, colour, 0.9, outline=True)
+        if ghosts:
+            draw_lines(axes, shape, roots[k], view, place, "white")
+            draw_lines(axes, ghosts[k], roots[k], view, place, INK)
         axes.text(place[0], low, f"{time[k]:.1f} s", ha="center", va="top", color=MUTED, size=9)
     return figure
 
@@ -109,7 +112,8 @@ def widest(shapes: list[Bones], roots: np.ndarray, view: View) -> float:
 
 
 def _strip_axes(length: float, low: float, high: float, width: float) -> tuple[Axes, Figure]:
-    bottom = low - 0.14
+    # Room for the times, whatever the scale: a root that drifts makes the picture high.
+    bottom = low - 0.08 * (high - low)
     figure = Figure(figsize=(width, width * (high - bottom) / length))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set_xlim(0.0, length)

@@ -14,6 +14,8 @@ from PIL import Image
 
 INK, MUTED, RULE = "#1f2933", "#6b7785", "#d9dee4"
 TRUTH = "#9aa5b1"
+# What cannot be measured, and is no fault.
+EXCLUDED = "#d3d8de"
 ESTIMATE = "#2f6fde"
 METHOD_COLOURS = ("#2f6fde", "#e07b1f", "#2a9d74", "#a4469f", "#7a6a53", "#c23b4b")
 

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_jax.errors import InputError
-from mocap_jax.metrics import ErrorTable, coverage, nees
-from mocap_jax.recording import Recording
+from mocap_jax.metrics import ErrorTable
 from mocap_jax.report.statistic_streams import KINDS, sensors_of
 from mocap_jax.solution import Solution
 
@@ -26,25 +24,6 @@ _TABLE1_NAMES = {
     "LeftUpperLeg": "left hip",
 }
 
-# Kind of calibration value: heading, factor and unit for people.
-_CALIBRATION = {
-    "gyroscope_bias": ("Gyroscope offset", 180 / np.pi, "deg/s"),
-    "accelerometer_bias": ("Accelerometer offset", 1.0, "m/s\u00b2"),
-    "mounting_rotation": ("Mounting rotation", 180 / np.pi, "deg"),
-    "mounting_offset": ("Mounting offset", 1e3, "mm"),
-    "segment_length": ("Segment length, change", 100.0, "%"),
-    "source_position": ("Source position, change", 1e3, "mm"),
-    "speed_of_sound": ("Speed of sound, change", 100.0, "%"),
-    "source_offset": ("Constant error of a source's distances", 1e3, "mm"),
-}
-
-_OWNERS = {
-    "segment_length": "Segment",
-    "source_position": "Source",
-    "source_offset": "Source",
-    "speed_of_sound": "",
-}
-
 
 @dataclass(frozen=True)
 class Row:
@@ -58,6 +37,8 @@ class Row:
     """Set apart: an aggregate."""
     marked: bool = False
     """An observed joint."""
+    off: tuple[int, ...] = ()
+    """Cells that lie too far from the truth."""
 
 
 @dataclass(frozen=True)
@@ -77,12 +58,12 @@ def number(value: float) -> str:
     return f"{value:.3f}" if abs(value) < 1 else f"{value:.2f}"
 
 
-def _compared(head: str, values: list[float], **marks: bool) -> Row:
+def _compared(head: str, values: list[float], *, strong: bool = False, marked: bool = False) -> Row:
     finite = [v if np.isfinite(v) else np.inf for v in values]
     # Only a difference that matters is pointed out.
     apart = len(values) > 1 and min(finite) < 0.99 * max(finite)
     best = int(np.argmin(finite)) if apart else -1
-    return Row(head, tuple(number(v) for v in values), best, **marks)
+    return Row(head, tuple(number(v) for v in values), best, strong, marked)
 
 
 def headline_table(errors: dict[str, ErrorTable]) -> Table:
@@ -149,22 +130,6 @@ def _joint_row(
     return _compared(head, values, **marks)
 
 
-def consistency_table(solutions: dict[str, Solution], recording: Recording) -> Table | None:
-    """Normalised squared error and coverage of the 95 % intervals, where there is covariance."""
-    rows = []
-    for method, solution in solutions.items():
-        try:
-            squared = nees(solution, recording)
-            share = float(coverage(solution, recording).mean())
-        except InputError:
-            continue
-        finite = squared[np.isfinite(squared)]
-        value = float(finite.mean()) if len(finite) else np.nan
-        rows.append(Row(method, (number(value), f"{100 * share:.1f} %")))
-    heads = ("Covariance", "squared error / variance (honest: 1)", "truth inside 95 % interval")
-    return Table(heads, tuple(rows)) if rows else None
-
-
 def residual_table(solutions: dict[str, Solution]) -> Table | None:
     """Whitened RMS and number of values of every sensor and kind, by method."""
     kinds = [k for k in KINDS if any(sensors_of(s, k) for s in solutions.values())]
@@ -187,40 +152,3 @@ def residual_table(solutions: dict[str, Solution]) -> Table | None:
         for text in (f"{kind}, {method}: RMS", "values")
     ]
     return Table(("Sensor", *heads), tuple(rows)) if rows else None
-
-
-def calibration_tables(
-    solutions: dict[str, Solution], recording: Recording | None
-) -> dict[str, Table]:
-    """Estimated constants of the sensors with their standard deviations, by heading."""
-    truth = dict(recording.truth.parameters) if recording and recording.truth else {}
-    out = {}
-    for method, solution in solutions.items():
-        kinds = list(dict.fromkeys(key.split("/", 1)[0] for key in solution.calibration))
-        for kind in kinds:
-            title, factor, unit = _CALIBRATION.get(kind, (kind.replace("_", " "), 1.0, ""))
-            rows = [
-                _calibration_row(key, solution, truth, factor)
-                for key in solution.calibration
-                if key.split("/", 1)[0] == kind
-            ]
-            owner = _OWNERS.get(kind, "Sensor")
-            heads: tuple[str, ...] = (owner, "estimate", "standard deviation", "truth")
-            known = any(r.cells[2] != "\u2013" for r in rows)
-            if not known:
-                heads = heads[:3]
-                rows = [Row(r.head, r.cells[:2]) for r in rows]
-            out[f"{title}, {method}" + (f" [{unit}]" if unit else "")] = Table(heads, tuple(rows))
-    return out
-
-
-def _calibration_row(key: str, solution: Solution, truth: dict, factor: float) -> Row:
-    def shown(values: dict) -> str:
-        if key not in values:
-            return "\u2013"
-        flat = np.ravel(np.asarray(values[key], float)) * factor
-        return "  ".join(f"{v:+.3f}" if values is not solution.calibration_std else f"{v:.3f}"
-                         for v in flat)  # fmt: skip
-
-    cells = (shown(solution.calibration), shown(solution.calibration_std), shown(truth))
-    return Row(key.split("/", 1)[-1], cells)

@@ -120,7 +120,7 @@ def test_sections_and_numbers(full, estimates, reference):
         "a person", "Kalman filter", "Optimiser", "Errors against the truth", "Motion",
         "Joint angles", "Errors by joint", "Is the stated uncertainty honest?",
         "Residuals and innovations", "Distances, by source and receiver", "What each step found",
-        "Convergence", "Estimated sensor constants",
+        "Convergence", "Estimated constants",
     ):  # fmt: skip
         assert heading in page.headings, heading
     for part in (
@@ -149,6 +149,7 @@ def test_player_holds_the_motion(full, estimates, body, truth):
     _, _, page = full
     data = json.loads(page.text_of["player-data"])
     assert [f["name"] for f in data["figures"]] == ["Truth", "Kalman filter", "Optimiser"]
+    assert [f["truth"] for f in data["figures"]] == [True, False, False]
     figure = data["figures"][0]
     points = np.frombuffer(base64.b64decode(figure["points"]), "<i2").reshape(
         len(data["time"]), figure["count"], 3
@@ -159,6 +160,20 @@ def test_player_holds_the_motion(full, estimates, body, truth):
         assert np.abs(points[row] / 1000 - at).max(axis=1).min() < 2e-3
     assert all(max(i, j) < figure["count"] for i, j, _ in figure["strokes"])
     assert data["time"][-1] == pytest.approx(float(estimates[1].trajectory.time[-1]), abs=1e-3)
+
+
+def test_player_shows_the_truth_over_the_last_estimate(full):
+    _, text, _ = full
+    boxes = re.findall(r'<input type="checkbox" id="player-show-\d"( checked)?>', text)
+    assert boxes == [" checked", "", " checked"]
+    assert 'id="player-apart"' in text and "The dark outline is the truth" in text
+
+
+def test_a_method_called_truth_is_no_truth(tmp_path, estimates):
+    text, page = written(tmp_path / "named.html", {"Truth": estimates[1]})
+    data = json.loads(page.text_of["player-data"])
+    assert [f["truth"] for f in data["figures"]] == [False]
+    assert "The dark outline is the truth" not in text
 
 
 def test_smoother_is_not_credited_with_the_filters_innovations(estimates):
@@ -209,7 +224,7 @@ def test_without_truth_covariance_ranges(tmp_path, body, truth):
     assert {"Motion", "Joint angles"} <= set(page.headings)
     absent = {
         "Errors against the truth", "Residuals and innovations", "Convergence",
-        "Estimated sensor constants", "Confidence of the distances", "What each step found",
+        "Estimated constants", "Confidence of the distances", "What each step found",
     }  # fmt: skip
     assert not absent & set(page.headings)
     blind = dataclasses.replace(recording(truth), truth=None)

@@ -1,12 +1,17 @@
 """Drawings: bones where the joints are, the reference behind the estimate."""
 
+import dataclasses
+
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from small_person import person, recording, solution, swing
 
 from mocap_jax.report import motion_strip, plot_body
 from mocap_jax.report.stick import bones, facing, view_from
+from mocap_jax.report.style import INK
 from mocap_jax.solution.anatomy import anatomical_frames
 from mocap_jax.solution.poses import segment_poses
 
@@ -43,8 +48,24 @@ def test_strip_draws_both(body, tmp_path):
     alone = len(motion_strip(made, poses=4).axes[0].collections)
     both = motion_strip(made, recording(motion), poses=4)
     assert len(both.axes[0].collections) > alone
+    # Last of each pose: lines of the estimate, then of the truth, over all limbs.
+    top = max(c.get_zorder() for c in both.axes[0].collections[: alone // 4])
+    lines = [c for c in both.axes[0].collections if c.get_zorder() == 20]
+    assert len(lines) == 2 * 4 and top < 20
+    assert to_hex(lines[1].get_colors()[0]) == INK
     assert [t.get_text() for t in both.axes[0].texts][0] == "0.0 s"
     both.savefig(tmp_path / "strip.png")
+
+
+@pytest.mark.parametrize("climb", [0.0, 8.0])
+def test_times_of_a_strip_stay_inside(body, climb):
+    """A root that drifts upwards shrinks the poses, not the room for the text."""
+    motion = swing(body)
+    q = np.array(motion.q)
+    q[:, 2] += climb * np.linspace(0, 1, len(q))
+    figure = motion_strip(solution(body, dataclasses.replace(motion, q=q)), poses=8)
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    assert all(t.get_window_extent(renderer).y0 >= 0 for t in figure.axes[0].texts)
 
 
 def test_plot_body_on_own_axes(body):

@@ -39,6 +39,14 @@ from mocap_jax.estimate.sequence.layout import (
 from mocap_jax.estimate.sequence.model_gradient import model_gradient, moved_constants
 from mocap_jax.least_squares import Follow, NormalEquations
 
+# Least damping of jitter, relative to what the boards' readings hold it with: from a third of it to
+# three times as much, solves take the same number of steps.
+_DAMPED_SHARE = 3e-5
+# Distance of boards from the joints that turn them [m].
+_LEVER = 0.3
+# For problems without boards [1/rad^2].
+_LEAST_DAMPING = 1e3
+
 
 @dataclass(frozen=True)
 class State:
@@ -86,6 +94,32 @@ class SequenceProblem:
         self._cuts: list[Terms] | None = None
         self._lower: np.ndarray | None = None
         self._retract = jax.jit(jax.vmap(lambda a, d: retract(layout.topology, a, d)))
+
+    @property
+    def bends(self) -> np.ndarray:
+        """Degrees of freedom that move the root, a sensor or a part of a distance (nv,)."""
+        topology, layout = self.layout.topology, self.layout
+        sites = np.array([*layout.sites, *layout.range_sites], int)
+        moved = np.asarray(topology.site_body, int)[sites]
+        if layout.user:
+            return np.ones(topology.nv, bool)
+        return np.asarray(topology.body_dofs[[layout.root_body, *moved]].any(axis=0))
+
+    @property
+    def least_damping(self) -> float:
+        """A share of how firmly boards hold second differences of joint angles [1/rad^2].
+
+        Jitter that they do not see to first order (joints of the spine against each other) they
+        see to second: undamped, it would grow until its square throws steps back.
+        """
+        typical = lambda x: float(np.median(x[x > 0])) if (x > 0).any() else 0.0  # noqa: E731
+        rate, force = (
+            typical(np.asarray(x)) / self.step**order
+            for x, order in (
+                (self._terms.rate_information, 2), (self._terms.force_information, 4)
+            )
+        )  # fmt: skip
+        return max(_DAMPED_SHARE * (rate + _LEVER**2 * force), _LEAST_DAMPING)
 
     @property
     def step(self) -> float:

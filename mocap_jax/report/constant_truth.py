@@ -1,0 +1,124 @@
+"""True values of estimated constants, in the terms in which an estimator states them."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+from scipy.spatial.transform import Rotation
+
+from mocap_jax.body import Body
+from mocap_jax.metrics.align import truth_of
+from mocap_jax.recording import Recording
+from mocap_jax.solution import Solution
+
+Values = dict[str, Float[np.ndarray, "n"]]
+FILTERS = ("ekf", "ekf_smoothed")
+_SENSORS = ("gyroscope", "accelerometer")
+_SOURCE = "source/"
+# Frames of two bodies that differ by less are the same frame.
+_SAME = 1e-3
+
+
+def constant_truth(solution: Solution, recording: Recording | None) -> Values:
+    """True constants under the keys of `Solution.calibration`; those the recording knows.
+
+    Biases drift: theirs are means over the rest hold for filters, whose constants come from it, and
+    over the whole recording for the others. Lengths and places come from the true body beside the
+    solution's, where both have the same frames.
+
+    Args:
+        solution: its body and set-up say what the constants correct.
+        recording: of the solution; None, or one without truth, gives nothing.
+    """
+    if recording is None or recording.truth is None:
+        return {}
+    told = {k: np.asarray(v, float) for k, v in recording.truth.parameters.items()}
+    out = _from_bodies(solution.body, truth_of(recording)[0], solution)
+    out |= {k: np.atleast_1d(v) for k, v in told.items() if k.startswith("mounting_rotation/")}
+    out |= {k: np.atleast_1d(v) for k, v in told.items() if k.startswith("source_offset/")}
+    for kind in _SENSORS:
+        out |= _mean_biases(kind, told, _fraction(solution, recording))
+    if "speed_of_sound" in told:
+        relative = told["speed_of_sound"] / solution.setup.speed_of_sound - 1.0
+        out["speed_of_sound/air"] = np.atleast_1d(relative)
+    return out
+
+
+def _fraction(solution: Solution, recording: Recording) -> tuple[float, float]:
+    """Begin and end, as shares of the recording, of the data that constants are estimated from."""
+    rest = solution.setup.rest
+    start, end = recording.interval
+    if solution.method not in FILTERS or rest is None or end <= start:
+        return 0.0, 1.0
+    return (rest.start - start) / (end - start), (rest.end - start) / (end - start)
+
+
+def _mean_biases(kind: str, told: Values, fraction: tuple[float, float]) -> Values:
+    out = {}
+    prefix = f"{kind}_bias/"
+    for key, start in told.items():
+        if not key.startswith(prefix):
+            continue
+        drift = told.get(f"{kind}_drift/{key.removeprefix(prefix)}")
+        mean = np.zeros(3)
+        if drift is not None and len(drift):
+            first, last = (int(np.clip(round(f * len(drift)), 0, len(drift))) for f in fraction)
+            mean = drift[min(first, len(drift) - 1) : max(last, first + 1)].mean(axis=0)
+        out[key] = start + mean
+    return out
+
+
+def _from_bodies(nominal: Body, true: Body, solution: Solution) -> Values:
+    """What differs between the body that was assumed and the true one."""
+    out: Values = {}
+    here, there = nominal.topology, true.topology
+    for b, name in enumerate(here.body_names):
+        if name not in there.body_names or not here.body_parent[b]:
+            continue
+        pair = np.asarray(nominal.body_pos)[b], np.asarray(true.body_pos)[there.body_index(name)]
+        if (length := _stretch(*pair)) is not None:
+            out[f"segment_length/{name}"] = np.array([length])
+    for spec in solution.setup.sensors:
+        if (found := _displacement(nominal, true, spec.site)) is not None:
+            out[f"mounting_offset/{spec.name}"], out[f"mounting_rotation/{spec.name}"] = found
+    for site in solution.setup.sources:
+        if (found := _displacement(nominal, true, site)) is not None:
+            out[f"source_position/{site.removeprefix(_SOURCE)}"] = found[0]
+    return out
+
+
+def _stretch(nominal: Float[np.ndarray, "3"], true: Float[np.ndarray, "3"]) -> float | None:
+    """Relative change of a length; None where the offset is none, or turned as well."""
+    size = float(np.linalg.norm(nominal))
+    if size < _SAME:
+        return None
+    along = float(true @ nominal) / size
+    if np.linalg.norm(true - along * nominal / size) > _SAME:
+        return None
+    return along / size - 1.0
+
+
+def _displacement(
+    nominal: Body, true: Body, site: str
+) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]] | None:
+    """Shift [m] and turn (rotation vector [rad]) of a site, both in its nominal frame."""
+    here, there = nominal.topology, true.topology
+    if site not in here.site_names or site not in there.site_names:
+        return None
+    i, j = here.site_index(site), there.site_index(site)
+    a, b = here.site_body[i], there.site_body[j]
+    if here.body_names[a] != there.body_names[b] or not _same_frame(nominal, a, true, b):
+        return None
+    turn = _rotation(nominal.site_quat, i).inv()
+    shift = turn.apply(np.asarray(true.site_pos)[j] - np.asarray(nominal.site_pos)[i])
+    return shift, (turn * _rotation(true.site_quat, j)).as_rotvec()
+
+
+def _same_frame(nominal: Body, a: int, true: Body, b: int) -> bool:
+    """Whether a segment has the same frame in both bodies: its rotation in its parent's."""
+    turn = _rotation(nominal.body_quat, a).inv() * _rotation(true.body_quat, b)
+    return bool(turn.magnitude() < _SAME)
+
+
+def _rotation(quaternions: object, i: int) -> Rotation:
+    return Rotation.from_quat(np.asarray(quaternions)[i], scalar_first=True)
