@@ -48,6 +48,7 @@ class Body:
     gravity: Float[Array, "3"]
     topology: Topology = dataclasses.field(metadata={"static": True})
     xml: str = dataclasses.field(metadata={"static": True})
+    """MJCF text; empty where the arrays are traced ones that no text can follow."""
 
     @property
     def nq(self) -> int:
@@ -69,7 +70,16 @@ class Body:
         return self.topology.site_index(name)
 
     def mujoco_model(self) -> mujoco.MjModel:
-        """The C MuJoCo model this body was compiled from (cached; do not modify)."""
+        """The C MuJoCo model this body was compiled from (cached; do not modify).
+
+        Raises:
+            InputError: the body has no MJCF, because it was made under a JAX transformation.
+        """
+        if not self.xml:
+            raise InputError(
+                "this body has no MJCF (it was made from traced numbers, within jit, grad or "
+                "vmap); make it from plain numbers to use MuJoCo or to write it to a file"
+            )
         return _compile_text(self.xml)
 
     def replace(self, **changes: Array) -> Body:

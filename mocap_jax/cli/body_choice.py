@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from mocap_jax.cli.exit_codes import UsageError
+from mocap_jax.cli.exit_codes import UsageError, unknown_choice, value_of
 from mocap_jax.cli.parser import positive_float
+from mocap_jax.errors import InputError
 
 if TYPE_CHECKING:
     from mocap_jax.body import Body
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
 HUMAN, LIKE_CLIP = "human", "human-like-clip"
 _OPTIONS = ("height", "mass", "sex", "length")
+_SEXES = ("female", "male")
 
 
 def add_body_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,7 +28,9 @@ def add_body_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--height", type=positive_float, metavar="M", help="stature of the human")
     parser.add_argument("--mass", type=positive_float, metavar="KG", help="its mass")
-    parser.add_argument("--sex", metavar="SEX", help="female or male (default: mean of both)")
+    parser.add_argument(
+        "--sex", type=str.lower, metavar="SEX", help="female or male (default: mean of both)"
+    )
     parser.add_argument(
         "--length",
         action="append",
@@ -39,10 +43,12 @@ def chosen_body(arguments: argparse.Namespace, motion: Motion | None = None) -> 
     """The body asked for; None for the motion's own.
 
     Raises:
-        UsageError: options that do not go together, or a length that cannot be read.
-        InputError: a wrong file or value.
+        UsageError: options that do not go together, or a wrong value.
+        InputError: a wrong file.
     """
     given = [o for o in _OPTIONS if getattr(arguments, o) is not None]
+    if arguments.sex is not None and arguments.sex not in _SEXES:
+        raise unknown_choice("--sex", "sex", arguments.sex, _SEXES)
     if arguments.body == LIKE_CLIP:
         return _like_clip(arguments, motion, given)
     # A built-in motion is the human's own anyway.
@@ -59,11 +65,17 @@ def chosen_body(arguments: argparse.Namespace, motion: Motion | None = None) -> 
 
 def _human(arguments: argparse.Namespace) -> Body:
     from mocap_jax.motion import human
+    from mocap_jax.motion.human import check_size
 
     height, mass = arguments.height, arguments.mass
     height = 1.75 if height is None else height
     mass = 70.0 * (height / 1.75) ** 2 if mass is None else mass
-    return human(height, mass, arguments.sex, _lengths(arguments.length or []))
+    with value_of("--height"):
+        check_size(height=height)
+    with value_of("--mass"):
+        check_size(mass=mass)
+    with value_of("--length"):
+        return human(height, mass, arguments.sex, _lengths(arguments.length or []))
 
 
 def _like_clip(arguments: argparse.Namespace, motion: Motion | None, given: list[str]) -> Body:
@@ -72,7 +84,11 @@ def _like_clip(arguments: argparse.Namespace, motion: Motion | None, given: list
     if unused := [o for o in given if o in ("height", "length")]:
         raise UsageError(f"--{unused[0]} does not go with --body {LIKE_CLIP}")
     from mocap_jax.motion import human_like
+    from mocap_jax.motion.human import check_size
 
+    if arguments.mass is not None:
+        with value_of("--mass"):
+            check_size(mass=arguments.mass)
     return human_like(motion.body, arguments.mass, arguments.sex)
 
 
@@ -83,7 +99,7 @@ def _lengths(texts: list[str]) -> dict[str, float]:
         try:
             lengths[name] = float(value)
         except ValueError as error:
-            raise UsageError(
-                f"--length {text}: expected SEGMENT=METRES, for example UpperLeg=0.45"
+            raise InputError(
+                f"'{text}': expected SEGMENT=METRES, for example UpperLeg=0.45"
             ) from error
     return lengths

@@ -12,13 +12,16 @@ from typing import TYPE_CHECKING
 from mocap_jax.cli.exit_codes import FAILURE, SUCCESS
 from mocap_jax.cli.files import output_folder, read_input
 from mocap_jax.cli.results import comparison_table, describe_solution, to_json, write_json
+from mocap_jax.cli.step_lines import StepLines
 
 if TYPE_CHECKING:
+    from mocap_jax.metrics import ErrorTable
     from mocap_jax.recording import Recording
     from mocap_jax.solution import Solution
 
 SUMMARY = "run the main job on the bundled recording: filter, whole-sequence solve, errors, report"
 EXAMPLE = "mocap-jax demo -o demo"
+_STEPS = 6
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,13 +38,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the verb."""
     folder = output_folder(arguments.output)
-    recording = read_input(copy_recording(folder))
-    solutions = _estimate(recording, progress=sys.stderr.isatty())
+    steps = StepLines(_STEPS)
+    with steps.step("recording"):
+        recording = read_input(copy_recording(folder))
+    solutions = _estimate(recording, steps, progress=sys.stderr.isatty())
     failed = [s for s in solutions.values() if not s.status.ok]
     if failed:
         print(f"mocap-jax: error: {failed[0].method}: {failed[0].status.value}", file=sys.stderr)
         return FAILURE
-    _write_results(folder, recording, solutions)
+    with steps.step("errors against the truth"):
+        from mocap_jax.metrics import evaluate
+
+        errors = {name: evaluate(solution, recording) for name, solution in solutions.items()}
+    with steps.step("files: solutions, motion, report"):
+        _write_results(folder, recording, solutions, errors)
+    print(f"\n{comparison_table(errors)}\n\nresults in {folder}:")
+    for file in sorted(p for p in folder.iterdir() if p.is_file()):
+        print(f"  {file.name}")
     return SUCCESS
 
 
@@ -53,32 +66,41 @@ def copy_recording(folder: Path) -> Path:
     return target
 
 
-def _estimate(recording: Recording, *, progress: bool) -> dict[str, Solution]:
+def _estimate(recording: Recording, steps: StepLines, *, progress: bool) -> dict[str, Solution]:
     from mocap_jax.estimate import EkfOptions, ekf, optimise
 
     solutions: dict[str, Solution] = {}
-    solutions["ekf"] = ekf(recording, progress=progress)
-    print(describe_solution(solutions["ekf"]), flush=True)
-    smoothed = ekf(recording, options=EkfOptions(smooth=True), progress=progress)
+    smoothing = EkfOptions(smooth=True)
+    with steps.step("filter"):
+        solutions["ekf"] = ekf(recording, progress=progress)
+    _describe(solutions["ekf"])
+    with steps.step("smoothed filter"):
+        smoothed = ekf(recording, options=smoothing, progress=progress)
     solutions["ekf_smoothed"] = smoothed
-    print(describe_solution(smoothed), flush=True)
-    solutions["optimise"] = optimise(recording, initial=smoothed, progress=progress)
-    print(describe_solution(solutions["optimise"]), flush=True)
+    _describe(smoothed)
+    with steps.step("whole sequence"):
+        solutions["optimise"] = optimise(recording, initial=smoothed, progress=progress)
+    _describe(solutions["optimise"])
     return solutions
 
 
-def _write_results(folder: Path, recording: Recording, solutions: dict[str, Solution]) -> None:
+def _describe(solution: Solution) -> None:
+    """Say how it went; the observed joints stand in the table at the end."""
+    print(describe_solution(solution, joints=False), flush=True)
+
+
+def _write_results(
+    folder: Path,
+    recording: Recording,
+    solutions: dict[str, Solution],
+    errors: dict[str, ErrorTable],
+) -> None:
     from mocap_jax.io import export_motion, write_solution
-    from mocap_jax.metrics import evaluate
     from mocap_jax.report import write_report
 
-    errors = {name: evaluate(solution, recording) for name, solution in solutions.items()}
     write_solution(folder / "ekf.solution.mcap", solutions["ekf"])
     write_solution(folder / "optimised.solution.mcap", solutions["optimise"])
     export_motion(folder / "motion.bvh", solutions["optimise"])
     write_report(folder / "report.html", list(solutions.values()), recording)
     metrics = {name: to_json(solution, errors[name]) for name, solution in solutions.items()}
     write_json(folder / "metrics.json", metrics)
-    print(f"\n{comparison_table(errors)}\n\nresults in {folder}:")
-    for file in sorted(p for p in folder.iterdir() if p.is_file()):
-        print(f"  {file.name}")

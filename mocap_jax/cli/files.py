@@ -23,6 +23,7 @@ _INPUTS = (
     "sensors",
 )  # fmt: skip
 _OUTPUTS = ("output", "json")
+_MOTIONS = (".amc", ".bvh", ".npz")
 
 
 def output_file(path: str | os.PathLike[str], suffixes: Iterable[str] = ()) -> Path:
@@ -38,7 +39,9 @@ def output_file(path: str | os.PathLike[str], suffixes: Iterable[str] = ()) -> P
     """
     file, valid = Path(path), tuple(suffixes)
     if valid and file.suffix.lower() not in valid:
-        raise UsageError(f"{file}: unknown suffix '{file.suffix}'; valid: {', '.join(valid)}")
+        raise UsageError(
+            f"--output {file}: unknown suffix '{file.suffix}'; valid: {', '.join(valid)}"
+        )
     folder = file.parent
     if not folder.is_dir():
         raise InputError(f"{file}: cannot be written, '{folder}' is not an existing folder")
@@ -96,6 +99,7 @@ def read_input(path: str | os.PathLike[str]) -> Recording:
     """Read a recording and say on stderr what was lost, if it was damaged."""
     from mocap_jax.io import read_recording
 
+    _refuse_motion(path, "recording")
     recording = read_recording(path)
     _warn(path, losses(recording))
     return recording
@@ -105,9 +109,20 @@ def read_solution_input(path: str | os.PathLike[str]) -> Solution:
     """Read a solution and say on stderr what was lost, if its file was damaged."""
     from mocap_jax.io import read_solution
 
+    _refuse_motion(path, "solution")
     solution = read_solution(path)
     _warn(path, losses(solution))
     return solution
+
+
+def _refuse_motion(path: str | os.PathLike[str], wanted: str) -> None:
+    """Say of a motion file what to do with it."""
+    file = Path(path)
+    if file.is_file() and file.suffix.lower() in _MOTIONS:
+        raise InputError(
+            f"{path}: this is a motion file, not a {wanted}; make a recording of it first: "
+            f"mocap-jax simulate {path} -o {file.with_suffix('.mcap').name}"
+        )
 
 
 def losses(source: Recording | Solution) -> tuple[str, ...]:

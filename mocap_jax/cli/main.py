@@ -9,6 +9,7 @@ import sys
 import traceback
 import warnings
 from collections.abc import Sequence
+from types import ModuleType
 from typing import Any, cast
 
 from mocap_jax import __version__
@@ -26,7 +27,7 @@ from mocap_jax.cli.files import keep_inputs
 from mocap_jax.cli.parser import Parser, add_common_arguments
 from mocap_jax.errors import MocapError
 
-VERBS = {
+VERBS: dict[str, ModuleType] = {
     "demo": demo,
     "simulate": simulate,
     "reconstruct": reconstruct,
@@ -35,7 +36,8 @@ VERBS = {
     "export": export,
     "report": report,
 }
-"""Each module gives `SUMMARY`, `EXAMPLE`, `add_arguments(parser)` and `run(arguments) -> int`."""
+"""Each module gives `SUMMARY`, `EXAMPLE`, `add_arguments(parser)`, `run(arguments) -> int` and, if
+its help says more, `NOTE`."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -85,13 +87,18 @@ def build_parser() -> argparse.ArgumentParser:
             name,
             help=module.SUMMARY,
             description=module.SUMMARY[0].upper() + module.SUMMARY[1:] + ".",
-            epilog=f"example:\n  {module.EXAMPLE}",
+            epilog=f"example:\n  {module.EXAMPLE}" + _note(module),
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         module.add_arguments(verb)
         add_common_arguments(verb)
         verb.set_defaults(run=module.run)
     return parser
+
+
+def _note(module: ModuleType) -> str:
+    note = getattr(module, "NOTE", "")
+    return f"\n\n{note}" if note else ""
 
 
 def prepare_process() -> None:

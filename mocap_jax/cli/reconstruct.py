@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mocap_jax.cli.exit_codes import FAILURE, UsageError
+from mocap_jax.cli.exit_codes import FAILURE, UsageError, unknown_choice
 from mocap_jax.cli.files import exit_code, output_file, read_input
 from mocap_jax.cli.methods import METHODS, PRESETS, solve
 from mocap_jax.cli.parser import add_json_argument, sensor_kinds
@@ -19,7 +19,7 @@ from mocap_jax.cli.results import (
     to_json,
     write_json,
 )
-from mocap_jax.errors import unknown_name
+from mocap_jax.errors import InputError
 
 if TYPE_CHECKING:
     from mocap_jax.body import Body
@@ -70,6 +70,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the verb."""
     _check_choices(arguments)
     source = Path(arguments.recording)
+    if source.is_dir():  # also the empty name
+        raise InputError(f"{source}: this is a folder; name a recording in it")
     output = output_file(
         arguments.output or source.with_name(f"{source.stem}.solution.mcap"), (".mcap",)
     )
@@ -125,10 +127,10 @@ def _suspicions(recording: Recording, body: Body | None, source: Path) -> tuple[
 def _check_choices(arguments: argparse.Namespace) -> None:
     if arguments.method is not None and arguments.method not in METHODS:
         if arguments.method == "ukf":
-            raise UsageError(f"method 'ukf' is not available yet; valid: {', '.join(METHODS)}")
-        raise UsageError(str(unknown_name("method", arguments.method, METHODS)))
+            raise UsageError(f"--method ukf is not available yet; valid: {', '.join(METHODS)}")
+        raise unknown_choice("--method", "method", arguments.method, METHODS)
     if arguments.preset is not None and arguments.preset not in PRESETS:
-        raise UsageError(str(unknown_name("preset", arguments.preset, PRESETS)))
+        raise unknown_choice("--preset", "preset", arguments.preset, PRESETS)
     method = arguments.method or PRESETS[arguments.preset or "default"].method
     if method == "orientation" and arguments.sensors not in (None, "O"):
         raise UsageError(

@@ -32,12 +32,21 @@ def read_reference(path: str | os.PathLike[str]) -> Recording | Solution:
     return recording
 
 
-def warn_of_strangers(
+def check_relation(
     path: str, solution: Solution, reference_path: str, reference: Recording | Solution
 ) -> None:
-    """Say on stderr where a solution does not seem to come from the reference's recording."""
-    from mocap_jax.metrics.relation import signs_of_another_recording
+    """Refuse a reference of another recording; say on stderr where it only seems to be one.
 
+    Raises:
+        InputError: errors against this reference would mean nothing.
+    """
+    from mocap_jax.metrics.relation import contradictions, signs_of_another_recording
+
+    if found := contradictions(solution, reference):
+        raise InputError(
+            f"{path} was not made from the recording of {reference_path}: {'; '.join(found)} "
+            "(name the recording it was made from, or a solution of that one)"
+        )
     signs = signs_of_another_recording(solution, reference)
     if signs:
         print(

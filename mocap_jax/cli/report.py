@@ -24,14 +24,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the verb."""
     output = output_file(arguments.output, (".html", ".htm"))
-    from mocap_jax.cli.reference import warn_of_strangers
+    from mocap_jax.cli.reference import check_relation
     from mocap_jax.report import write_report
 
     recording = read_input(arguments.recording) if arguments.recording else None
     solutions = [read_solution_input(path) for path in arguments.solutions]
     for path, solution in zip(arguments.solutions, solutions, strict=True):
         if recording is not None:
-            warn_of_strangers(path, solution, arguments.recording, recording)
+            check_relation(path, solution, arguments.recording, recording)
     write_report(output, solutions, recording)
     print(f"wrote {output}")
     return exit_code(*solutions, *([recording] if recording is not None else []))

@@ -16,13 +16,18 @@ if TYPE_CHECKING:
     from mocap_jax.solution import Solution
 
 _HEADLINE = (
-    ("orientation_error_mean_deg", "mean_observed", "observed joints [deg]"),
+    ("orientation_error_mean_deg", "mean_observed", "mean of observed joints [deg]"),
     ("orientation_error_mean_deg", "mean_table1", "neck, shoulder, hip [deg]"),
-    ("orientation_error_mean_deg", "mean", "all joints [deg]"),
+    ("orientation_error_mean_deg", "mean", "mean of all joints [deg]"),
     ("position_error_mean_cm", "mean", "joint centres [cm]"),
 )
 _EXPLANATION = (
-    "Mean errors against the truth. Observed joints: between segments that carry sensors.\n"
+    "Mean errors against the truth over all scored frames, one column a method: angle between\n"
+    "estimated and true rotation of each joint (child in parent; rows are named by the child),\n"
+    "and distance of joint centres relative to the pelvis. Observed joints: between segments that\n"
+    "carry sensors."
+)
+_TABLE1_EXPLANATION = (
     "Neck, (right) shoulder, (left) hip: the three joints of table 1 in Vlasic et al. 2007,\n"
     "relative to the root segment (mean_table1 in JSON)."
 )
@@ -65,16 +70,22 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
     write_text(path, json.dumps(content, indent=2, allow_nan=False) + "\n")
 
 
-def describe_solution(solution: Solution) -> str:
-    """Status, effort, remarks and observed joints of a solution, for people."""
+def describe_solution(solution: Solution, *, joints: bool = True) -> str:
+    """Status, effort, remarks and observed joints of a solution, for people.
+
+    Args:
+        solution: to describe.
+        joints: list the observed joints.
+    """
     lines = [
         f"{solution.method}: {solution.status.value}",
         f"  {len(solution.trajectory.time)} frames, {_effort(solution)}"
         f"{solution.seconds_solve:.1f} s solving, {solution.seconds_compile:.1f} s compiling",
     ]
     lines += [f"  {remark}" for remark in solution.remarks]
-    names = ", ".join(solution.observed) or "none"
-    lines.append(f"  observed joints ({len(solution.observed)}): {names}")
+    if joints:
+        names = ", ".join(solution.observed) or "none"
+        lines.append(f"  observed joints ({len(solution.observed)}): {names}")
     return "\n".join(lines)
 
 
@@ -89,21 +100,41 @@ def _effort(solution: Solution) -> str:
 
 
 def comparison_table(errors: Mapping[str, ErrorTable]) -> str:
-    """One line a method: mean errors over observed joints, all joints and the paper's three."""
+    """One column a method: mean error of each observed joint, then means over all kinds of joints.
+
+    Args:
+        errors: by method.
+    """
     tables = {method: table.errors for method, table in errors.items()}
-    columns = [c for c in _HEADLINE if any(c[1] in t.get(c[0], {}) for t in tables.values())]
-    width = max(len("method"), *(len(name) for name in tables))
-    header = "  ".join(title for _, _, title in columns)
-    lines = [f"{'method':<{width}}  {header}"]
-    for name, table in tables.items():
-        cells = (
-            f"{table.get(metric, {}).get(key, math.nan):>{len(title)}.3f}"
-            for metric, key, title in columns
-        )
-        lines.append(f"{name:<{width}}  {'  '.join(cells)}")
-    if any(c[1] == "mean_table1" for c in columns):
-        lines.append(_EXPLANATION)
+    observed = dict.fromkeys(joint for table in errors.values() for joint in table.observed)
+    joints = [(_HEADLINE[0][0], joint, joint) for joint in observed]
+    means = [c for c in _HEADLINE if any(c[1] in t.get(c[0], {}) for t in tables.values())]
+    first = f"{len(joints)} observed joints [deg]" if joints else "means"
+    width = max(len(title) for _, _, title in [*joints, *means, ("", "", first)])
+    header = f"{first:<{width}}" + "".join(f"  {_column(name)}" for name in tables)
+    lines = [header, "-" * len(header), *(_comparison_row(row, width, tables) for row in joints)]
+    if joints:
+        lines.append("-" * len(header))
+    lines += [_comparison_row(row, width, tables) for row in means]
+    lines += ["", _EXPLANATION]
+    if any(key == "mean_table1" for _, key, _ in means):
+        lines.append(_TABLE1_EXPLANATION)
     return "\n".join(lines)
+
+
+def _column(text: str) -> str:
+    return f"{text:>12}"
+
+
+def _comparison_row(
+    row: tuple[str, str, str], width: int, tables: Mapping[str, Mapping[str, Mapping[str, float]]]
+) -> str:
+    metric, key, title = row
+    cells = (
+        f"  {table.get(metric, {}).get(key, math.nan):>{len(_column(name))}.3f}"
+        for name, table in tables.items()
+    )
+    return f"{title:<{width}}{''.join(cells)}"
 
 
 def _finite(value: Any) -> Any:

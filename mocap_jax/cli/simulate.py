@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mocap_jax.cli.body_choice import HUMAN, add_body_arguments, chosen_body
-from mocap_jax.cli.exit_codes import SUCCESS, UsageError
+from mocap_jax.cli.exit_codes import SUCCESS, UsageError, unknown_choice
 from mocap_jax.cli.files import output_file
-from mocap_jax.cli.parser import count, positive_float
-from mocap_jax.errors import InputError, unknown_name
+from mocap_jax.cli.parser import count, number_between
+from mocap_jax.errors import InputError
 
 if TYPE_CHECKING:
     from mocap_jax.body import Body
@@ -42,11 +42,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=count, default=0, metavar="N", help="of all random errors")
     add_body_arguments(parser)
     parser.add_argument("--skeleton", metavar="ASF", help="skeleton of an .amc file elsewhere")
-    parser.add_argument("--fps", type=positive_float, metavar="HZ", help="true frame rate")
-    parser.add_argument("--scale", type=positive_float, metavar="M", help="metres per file unit")
+    parser.add_argument("--fps", type=number_between(1, 1e4), metavar="HZ", help="true frame rate")
+    parser.add_argument(
+        "--scale", type=number_between(1e-4, 10), metavar="M", help="metres per file unit"
+    )
     parser.add_argument("--skip", type=count, metavar="N", help="leading frames to leave out")
     parser.add_argument(
-        "--cutoff", type=positive_float, metavar="HZ", help="low-pass of the motion (default 12)"
+        "--cutoff",
+        type=number_between(0.1, 1e3),
+        metavar="HZ",
+        help="low-pass of the motion (default 12)",
     )
 
 
@@ -57,7 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
     from mocap_jax.simulation import PROFILES, SimulationOptions, load_suit, simulate
 
     if arguments.profile not in PROFILES:
-        raise UsageError(str(unknown_name("profile", arguments.profile, PROFILES)))
+        raise unknown_choice("--profile", "profile", arguments.profile, PROFILES)
     suit = load_suit(arguments.sensors) if arguments.sensors else None
     options = SimulationOptions()
     if arguments.cutoff:
@@ -90,13 +95,17 @@ def _load_motion(arguments: argparse.Namespace) -> Motion:
         raise InputError(
             f"{arguments.motion}: neither a file nor a built-in motion; built in: {known}"
         )
-    motion = load_motion(
-        arguments.motion,
-        skeleton=arguments.skeleton,
-        fps=arguments.fps,
-        scale=arguments.scale,
-        skip=arguments.skip,
-    )
+    _refuse_options_of_other_files(arguments)
+    options = {
+        "skeleton": arguments.skeleton, "fps": arguments.fps, "scale": arguments.scale,
+    }  # fmt: skip
+    try:
+        motion = load_motion(arguments.motion, **options, skip=arguments.skip)
+    except InputError as error:
+        if not arguments.skip:
+            raise
+        load_motion(arguments.motion, **options)  # a fault of the file itself is raised here
+        raise UsageError(f"--skip {arguments.skip}: {error}") from error
     return _on_body(motion, chosen_body(arguments, motion))
 
 
@@ -104,12 +113,11 @@ def _on_body(motion: Motion, body: Body | None) -> Motion:
     """The motion retargeted to a body, if one is given; prints how well that went."""
     if body is None:
         return motion
-    from mocap_jax.motion import retarget, retarget_errors
+    from mocap_jax.motion import retarget, retarget_errors, retarget_table
 
     fitted = retarget(motion, body)
-    errors = retarget_errors(motion, fitted).round(1)
     print(f"retargeted to another body, leg lengths {fitted.facts['scale']:.3f} times the clip's:")
-    print(errors.to_string(na_rep="-", index_names=False))
+    print(retarget_table(retarget_errors(motion, fitted)))
     return fitted
 
 
@@ -119,3 +127,12 @@ def _refuse_file_options(arguments: argparse.Namespace) -> None:
         raise UsageError(
             f"--{given[0]} is for motion files, '{arguments.motion}' is a built-in motion"
         )
+
+
+def _refuse_options_of_other_files(arguments: argparse.Namespace) -> None:
+    suffix = Path(arguments.motion).suffix.lower()
+    for option, valid in (("skeleton", (".amc",)), ("scale", (".amc", ".bvh"))):
+        if getattr(arguments, option) is not None and suffix not in valid:
+            raise UsageError(
+                f"--{option} is for {' and '.join(valid)} clips, not for '{arguments.motion}'"
+            )

@@ -11,6 +11,7 @@ from mocap_jax.errors import InputError
 from mocap_jax.initialise.rest_options import RestOptions
 from mocap_jax.initialise.sensor_assignment import (
     TURNED,
+    Assignment,
     Costs,
     assignment_costs,
     exchanged,
@@ -25,6 +26,8 @@ from mocap_jax.recording import Recording
 _REVERSED = np.deg2rad(140.0)
 # Mean error of a sensor's distances at rest that no pose explains [m].
 _FAR = 0.3
+# A gyroscope that never departs from its mean at rest by more has no signal [rad/s].
+_DEAD = 1e-6
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,9 @@ class SensorCheck:
     there is nothing to tell."""
     remarks: tuple[str, ...] = ()
     """What could not be checked, and why."""
+    inertial_only: tuple[tuple[str, ...], ...] = ()
+    """Those groups of `exchanged` whose distances fit where they are: only the inertial data are
+    exchanged, as by swapped cables."""
 
     @property
     def findings(self) -> dict[str, tuple[str, ...]]:
@@ -49,7 +55,12 @@ class SensorCheck:
         out = {name: list(texts) for name, texts in self.faults.items()}
         for group in self.exchanged:
             for name, place in zip(group, (*group[1:], group[0]), strict=True):
-                out[name].insert(0, f"looks swapped: it fits the place of {place} clearly better")
+                what = (
+                    "inertial data look swapped: they fit"
+                    if group in self.inertial_only
+                    else "looks swapped: it fits"
+                )
+                out[name].insert(0, f"{what} the place of {place} clearly better")
         return {name: tuple(texts) for name, texts in out.items()}
 
     @property
@@ -65,7 +76,14 @@ class SensorCheck:
             chain = [f"{a} fits the place of {b}" for a, b in zip(group, (*group[1:], group[0]),
                                                                   strict=True)]  # fmt: skip
             why = "each fits the other's place better" if len(group) == 2 else ", ".join(chain)
-            lines.append(f"Sensors {' and '.join(group)} look swapped: {why}.")
+            swapped = " and ".join(group)
+            if group in self.inertial_only:
+                lines.append(
+                    f"The inertial data of sensors {swapped} look swapped: {why}. Their distances "
+                    "fit where they are (cables or names exchanged, or a gyroscope at fault?)."
+                )
+            else:
+                lines.append(f"Sensors {swapped} look swapped: {why}.")
         shared: dict[str, list[str]] = {}
         for sensor, texts in self.faults.items():
             for text in texts:
@@ -123,36 +141,45 @@ def _checked(evidence: Evidence, body: Body) -> SensorCheck:
         factor, wrong_rate, misfit = rate_factors(evidence)
         wrong_gravity, tilt = gravity_faults(evidence), tilts(evidence)
         reliable = np.array([w is None for w in wrong_rate]) | (factor != 1.0)
+        # Inertial data in doubt themselves are no evidence that they were exchanged.
+        plain = not any(wrong_rate) and not any(wrong_gravity)
         costs = assignment_costs(evidence, world_rates(evidence, factor), body.topology)
-        silent = ~np.isfinite(evidence.rate).any((1, 2))
+        silent = ~(np.abs(evidence.rate) > _DEAD).any((1, 2))
         costs = costs.without_motion_of(silent)
         # Costs with and without motion do not compare: one silent board stays where it is.
         reliable &= ~silent | silent.all()
-        worn = _assignment(costs, tilt, reliable, evidence.declared)
-    site = np.argsort(worn)
+        worn, heard = _assignment(costs, tilt, reliable, evidence.declared, plain)
+    site, heard_site = np.argsort(worn), np.argsort(heard)
     faults: dict[str, tuple[str, ...]] = {}
     for i, name in enumerate(evidence.sensors):
         texts = (wrong_gravity[i], wrong_rate[i], _turned(tilt[i, site[i]], evidence.declared),
-                 _far(evidence, i, int(site[i])))  # fmt: skip
+                 _far(evidence, i, int(heard_site[i])))  # fmt: skip
         faults[name] = tuple(t for t in texts if t is not None)
+    groups = _cycles(site)
+    named = lambda group: tuple(evidence.sensors[i] for i in group)  # noqa: E731
     undeclared = "No rest pose is declared: sensors were compared with the body's reference pose."
     return SensorCheck(
         faults,
-        tuple(tuple(evidence.sensors[i] for i in group) for group in _cycles(site)),
+        tuple(map(named, groups)),
         _measures(evidence, np.diagonal(tilt), misfit),
         () if evidence.declared else (undeclared,),
+        tuple(named(group) for group in groups if all(heard[i] == i for i in group)),
     )
 
 
-def _assignment(costs: Costs, tilt: np.ndarray, reliable: np.ndarray, declared: bool) -> np.ndarray:
+def _assignment(
+    costs: Costs, tilt: np.ndarray, reliable: np.ndarray, declared: bool, plain: bool
+) -> Assignment:
     """Sensor at each site; boards that are turned in place do not speak for their neighbours."""
     costs = costs.without_motion_of(~reliable)
-    worn = exchanged(costs, tilt, reliable)
+    found = exchanged(costs, tilt, reliable, inertial_only=plain)
+    worn = found.worn
     turned = tilt[worn, np.arange(len(worn))] > _turn_limit(declared)
     if not turned.any():
-        return worn
+        return found
     still_reliable = reliable & ~np.isin(np.arange(len(worn)), worn[turned])
-    return exchanged(costs.without_motion_of(~still_reliable), tilt, still_reliable)
+    costs = costs.without_motion_of(~still_reliable)
+    return exchanged(costs, tilt, still_reliable, inertial_only=plain)
 
 
 def _cycles(site: np.ndarray) -> list[list[int]]:

@@ -3,7 +3,9 @@
 The cost of an assignment adds three things, each a sum of squares in nominal standard deviations,
 made robust: the direction of gravity in every sensor at rest, its distances from the sources at
 rest, and the rates of neighbouring segments relative to each other, which are small where each
-sensor is where it is said to be. Pairs are exchanged as long as that lowers the cost decisively.
+sensor is where it is said to be. Pairs are exchanged as long as that lowers the cost decisively:
+whole sensors, or their inertial data alone, as swapped cables or names in a driver do, which leave
+the distances where they are.
 """
 
 from __future__ import annotations
@@ -31,23 +33,43 @@ _ALIKE = 0.05
 _MOTION = 12.0
 # The cost must fall by this much for an exchange to be believed.
 _MARGIN = 2.0
+# More of it for an exchange of inertial data alone, which is the rarer mistake.
+_MARGIN_INERTIAL = 4.0
 TURNED = np.deg2rad(40.0)
 """Tilt that no pose and mounting of ordinary care explain [rad]."""
+
+
+class Assignment(NamedTuple):
+    """Which sensor's readings belong to each of s sites."""
+
+    worn: np.ndarray
+    """Sensor whose inertial data belong to the site."""
+    heard: np.ndarray
+    """Sensor whose distances belong there; the same one but for an exchange of data alone."""
+
+    def swapped(self, a: int, b: int, *, inertial_only: bool) -> Assignment:
+        """With the sensors at two sites exchanged."""
+        return Assignment(
+            _swapped(self.worn, a, b), self.heard if inertial_only else _swapped(self.heard, a, b)
+        )
 
 
 class Costs(NamedTuple):
     """Costs of s sensors at s sites."""
 
-    rest: Float[np.ndarray, "s s"]
-    """Of sensor i (row) at site j (column), from the rest."""
+    gravity: Float[np.ndarray, "s s"]
+    """Of sensor i (row) at site j (column), from the direction of gravity at rest."""
+    ranges: Float[np.ndarray, "s s"]
+    """The same from the distances at rest."""
     edges: list[tuple[int, int]]
     """Sites on neighbouring segments."""
     motion: Float[np.ndarray, "e s s"]
     """Of sensors (i, k) at the two sites of each edge."""
 
-    def total(self, worn: np.ndarray) -> float:
-        """Cost of an assignment: `worn[j]` is the sensor at site j."""
-        rest = self.rest[worn, np.arange(len(worn))].sum()
+    def total(self, assignment: Assignment) -> float:
+        """Cost of an assignment."""
+        worn, site = assignment.worn, np.arange(len(assignment.worn))
+        rest = self.gravity[worn, site].sum() + self.ranges[assignment.heard, site].sum()
         motion = (self.motion[e, worn[a], worn[b]] for e, (a, b) in enumerate(self.edges))
         return float(rest + sum(motion))
 
@@ -63,7 +85,9 @@ def assignment_costs(
 ) -> Costs:
     """Costs of all assignments; `rate` as of `world_rates`."""
     edges = neighbours(topology, evidence.segments)
-    return Costs(_rest_cost(evidence), edges, _motion_cost(evidence, rate, edges))
+    return Costs(
+        _gravity_cost(evidence), _ranges_cost(evidence), edges, _motion_cost(evidence, rate, edges)
+    )
 
 
 def neighbours(topology: Topology, segments: tuple[int, ...]) -> list[tuple[int, int]]:
@@ -78,29 +102,39 @@ def neighbours(topology: Topology, segments: tuple[int, ...]) -> list[tuple[int,
     return edges
 
 
-def exchanged(costs: Costs, tilt: Float[np.ndarray, "s s"], movable: np.ndarray) -> np.ndarray:
-    """The assignment that explains the readings: the sensor at each site.
+def exchanged(
+    costs: Costs,
+    tilt: Float[np.ndarray, "s s"],
+    movable: np.ndarray,
+    *,
+    inertial_only: bool = True,
+) -> Assignment:
+    """The assignment that explains the readings.
 
     Args:
         costs: of the assignments.
         tilt: as of `tilts`; no sensor moves to a site where it is beyond `TURNED`.
         movable: mask of the sensors that may be exchanged.
+        inertial_only: whether inertial data alone may be exchanged.
     """
-    worn = np.arange(len(movable))
+    sites = np.arange(len(movable))
+    best = Assignment(sites, sites)
     allowed = ~(tilt > TURNED) & movable[:, None]
-    current = costs.total(worn)
+    current = costs.total(best)
     while True:
+        worn = best.worn
         trials = [
-            _swapped(worn, a, b)
-            for a in range(len(worn))
+            (best.swapped(a, b, inertial_only=alone), _MARGIN_INERTIAL if alone else _MARGIN)
+            for a in range(len(sites))
             for b in range(a)
             if allowed[worn[a], b] and allowed[worn[b], a]
+            for alone in (False, True)[: 1 + inertial_only]
         ]
-        totals = [costs.total(trial) for trial in trials]
-        if not totals or min(totals) > current - _MARGIN:
-            return worn
-        current = min(totals)
-        worn = trials[totals.index(current)]
+        gains = [current - costs.total(trial) - margin for trial, margin in trials]
+        if not gains or max(gains) < 0:
+            return best
+        best = trials[gains.index(max(gains))][0]
+        current = costs.total(best)
 
 
 def _swapped(worn: np.ndarray, a: int, b: int) -> np.ndarray:
@@ -114,15 +148,17 @@ def tilts(evidence: Evidence) -> Float[np.ndarray, "s s"]:
     return np.arccos(np.clip(evidence.up @ evidence.expected_up.T, -1.0, 1.0))
 
 
-def _rest_cost(evidence: Evidence) -> np.ndarray:
+def _gravity_cost(evidence: Evidence) -> np.ndarray:
     tilt = _TILT if evidence.declared else _TILT_UNDECLARED
+    return np.nan_to_num(_robust((tilts(evidence) / tilt) ** 2))
+
+
+def _ranges_cost(evidence: Evidence) -> np.ndarray:
     spread = _DISTANCE if evidence.declared else _DISTANCE_UNDECLARED
-    gravity = _robust((tilts(evidence) / tilt) ** 2)
     z = (evidence.distance[:, None] - evidence.expected[None]) / spread
     heard = np.isfinite(z)
     count = np.maximum(heard.sum(-1), 1)
-    ranges = np.where(heard, _robust(z**2), 0.0).sum(-1) * np.minimum(1.0, _INDEPENDENT / count)
-    return np.nan_to_num(gravity) + ranges
+    return np.where(heard, _robust(z**2), 0.0).sum(-1) * np.minimum(1.0, _INDEPENDENT / count)
 
 
 def _robust(squared: np.ndarray) -> np.ndarray:

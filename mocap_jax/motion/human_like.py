@@ -17,7 +17,7 @@ _LEG_SHARE = 0.245 + 0.246  # hip to ankle as a fraction of stature, as in `huma
 _LONGEST, _SHORTEST = 2.4, 0.42  # `human` refuses more
 
 
-def human_like(body: Body, mass: float | None = None, sex: Sex | None = None) -> Body:
+def human_like(body: Body, mass: float | None = None, sex: Sex | str | None = None) -> Body:
     """A `human()` that can do what another body does without being scaled.
 
     Stature follows from the legs. Thigh, shank, upper arm and forearm get the other skeleton's

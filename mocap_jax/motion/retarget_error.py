@@ -65,6 +65,35 @@ def retarget_errors(motion: Motion, fitted: Motion) -> pd.DataFrame:
     return table.rename_axis("segment")
 
 
+_MEANINGS = """\
+orientation: angle between the segment's orientation in the clip and in the retargeted motion,
+    once both rest poses are aligned.
+direction: angle between the lines from the segment's joint to the next one; "-" for the trunk and
+    for ends of limbs, which have no such line.
+bend: difference of the elbow's (ForeArm) and the knee's (LowerLeg) angle; "-" for others.
+position: distance of joint centres, each from the middle of its hips, the clip scaled by the ratio
+    of leg lengths; it holds what the two skeletons differ in, so a perfect fit has some, too."""
+
+
+def retarget_table(errors: pd.DataFrame, rows: str = "one row a segment") -> str:
+    """Errors of `retarget_errors` as a text that explains itself: heading, units, meanings.
+
+    Args:
+        errors: with its columns; any index.
+        rows: what a row is, for the heading.
+    """
+    shown = errors.round(1)
+    quantities = [c.rsplit("_", 2) for c in shown.columns]
+    shown.columns = [f"{name} {statistic} [{unit}]" for name, statistic, unit in quantities]
+    heading = (
+        f"Errors of retargeting, {rows}: mean and maximum over all frames;\n"
+        "over several segments (row `all`) the mean of the means and the largest maximum."
+    )
+    names = isinstance(shown.index, pd.MultiIndex)
+    table = shown.to_string(na_rep="-", index_names=names)
+    return f"{heading}\n\n{table}\n\n{_MEANINGS}"
+
+
 def _frames(motion: Motion, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return segment_frames(motion.body, np.asarray(motion.trajectory.q), chosen)
 

@@ -104,3 +104,21 @@ def run(capsys: pytest.CaptureFixture[str]):
         return Outcome(code, captured.out, captured.err)
 
     return runner
+
+
+@pytest.fixture
+def refused(run, tmp_path: Path):
+    """Run, and check that it is refused on one line that holds the given words."""
+
+    def check(arguments: list[object], code: int, *words: str) -> None:
+        before = sorted(tmp_path.rglob("*"))
+        outcome = run(*arguments)
+        assert outcome.code == code, outcome
+        assert len(outcome.error_lines) == 1, outcome.err
+        assert "Traceback" not in outcome.err and "unexpected" not in outcome.err, outcome.err
+        assert outcome.err.startswith("mocap-jax")
+        for word in words:
+            assert word in outcome.err, outcome.err
+        assert sorted(tmp_path.rglob("*")) == before, "something was left behind"
+
+    return check

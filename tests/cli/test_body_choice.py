@@ -37,6 +37,12 @@ def test_human_as_asked(walk: Motion) -> None:
     assert chosen_body(parsed("--body", "human"), walk).xml == human().xml
 
 
+def test_sex_in_any_case() -> None:
+    wanted = human(1.75, 70.0, "female").xml
+    assert chosen_body(parsed("--sex", "Female")).xml == wanted
+    assert chosen_body(parsed("--sex", "FEMALE")).xml == wanted
+
+
 def test_human_like_the_clip(walk: Motion) -> None:
     body = chosen_body(parsed("--body", "human-like-clip", "--mass", "80"), walk)
     assert segment_lengths(body) == pytest.approx(segment_lengths(walk.body), rel=1e-6)
@@ -61,9 +67,9 @@ def test_options_that_make_no_sense(walk: Motion, arguments: list[str], words: s
 def test_wrong_values(walk: Motion) -> None:
     with pytest.raises(UsageError, match="for motion files"):
         chosen_body(parsed("--body", "human-like-clip"))
-    with pytest.raises(InputError, match="unknown sex 'boy'"):
+    with pytest.raises(UsageError, match="--sex: unknown sex 'boy'; valid: female, male"):
         chosen_body(parsed("--body", "human", "--sex", "boy"), walk)
-    with pytest.raises(InputError, match="unknown segment 'Arm'"):
+    with pytest.raises(UsageError, match="--length: unknown segment 'Arm'"):
         chosen_body(parsed("--body", "human", "--length", "Arm=0.3"), walk)
     with pytest.raises(InputError, match=r"nowhere.xml: no such MJCF file"):
         chosen_body(parsed("--body", "nowhere.xml"), walk)

@@ -7,6 +7,7 @@ import json
 import math
 from pathlib import Path
 
+import jax
 import numpy as np
 import pytest
 
@@ -150,6 +151,49 @@ def test_suspicious_sensors_are_named(run, recording, tmp_path):
     assert "Sensor chest" in made.out
 
 
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda b: {"accelerometer": np.asarray(b.accelerometer) / 9.81}, "probably g"),
+        (lambda b: {"time": np.asarray(b.time)[::-1]}, "time goes backwards"),
+    ],
+    ids=["unit", "time"],
+)
+def test_info_of_what_cannot_be_true_is_that_of_a_damaged_file(
+    run, recording, tmp_path, change, words
+):
+    """`reconstruct` refuses such a recording; `info` still tells what is in it."""
+    board = recording.inertial["chest"]
+    wrong = {"chest": dataclasses.replace(board, **change(board))}
+    path = tmp_path / "wrong.mcap"
+    write_recording(path, dataclasses.replace(recording, inertial=recording.inertial | wrong))
+    info = run("info", path)
+    assert info.code == SALVAGED and not info.err
+    assert f"fault: {path}: /inertial/chest: " in info.out and words in info.out
+    assert "inertial sensors: 2" in info.out
+    refused = run("reconstruct", path, "--method", "ekf")
+    assert refused.code == 1 and words in refused.err
+
+
+def test_info_of_a_broken_body(run, recording, tmp_path):
+    path = tmp_path / "wrong.mcap"
+    broken = recording.body_xml.replace("</worldbody>", "")
+    write_recording(path, dataclasses.replace(recording, body_xml=broken))
+    info = run("info", path)
+    assert info.code == SALVAGED and "fault: " in info.out and "body.xml" in info.out
+
+
+def test_info_without_a_body_is_sound(run, recording, tmp_path):
+    path = tmp_path / "bodiless.mcap"
+    write_recording(path, dataclasses.replace(recording, body_xml=None))
+    assert run("info", path).code == 0
+
+
+def test_info_explains_its_exit_codes(run):
+    text = run("info", "--help").out
+    assert "exit codes:" in text and all(f"\n  {code}  " in text for code in range(4))
+
+
 def test_info_finds_nothing_suspicious(run, recording_file):
     assert "sensor check: nothing suspicious" in run("info", recording_file).out
 
@@ -165,11 +209,75 @@ def test_evaluate_warns_of_another_recording(run, recording, reconstructed, tmp_
     assert not own.err
 
 
+def foreign(recording, **provenance):
+    """The recording with facts that tell it apart."""
+    setup = dataclasses.replace(recording.setup, provenance=provenance)
+    return dataclasses.replace(recording, setup=setup)
+
+
+@pytest.mark.parametrize("verb", ["evaluate", "report"])
+def test_a_foreign_reference_is_refused(run, recording, tmp_path, verb):
+    write_recording(tmp_path / "stand.mcap", foreign(recording, motion="stand"))
+    write_recording(tmp_path / "run.mcap", foreign(recording, motion="run"))
+    solution = tmp_path / "stand.solution.mcap"
+    options = ["--method", "ekf", "--sensors", "A,G"]
+    assert run("reconstruct", tmp_path / "stand.mcap", *options).code == 0
+    outputs = ["--json", tmp_path / "a.json"] if verb == "evaluate" else ["-o", tmp_path / "a.html"]
+    reference = ["--recording"] * (verb == "report")
+    outcome = run(verb, solution, *reference, tmp_path / "run.mcap", *outputs)
+    assert outcome.code == 1 and len(outcome.error_lines) == 1 and not outcome.out
+    assert outcome.err.startswith("mocap-jax: error:")
+    for word in ("stand.solution.mcap", "run.mcap", "motion differs (stand here, run in the"):
+        assert word in outcome.err
+    assert not list(tmp_path.glob("a.*"))
+    assert run(verb, solution, *reference, tmp_path / "stand.mcap", *outputs).code == 0
+
+
+def test_a_reference_of_another_time_is_refused(run, recording, reconstructed, tmp_path):
+    half = len(recording.truth.trajectory.time) // 2
+    cut = lambda tree: jax.tree.map(lambda x: np.asarray(x)[:half], tree)  # noqa: E731
+    short = dataclasses.replace(
+        recording,
+        inertial={name: cut(board) for name, board in recording.inertial.items()},
+        root=cut(recording.root),
+        truth=dataclasses.replace(recording.truth, trajectory=cut(recording.truth.trajectory)),
+    )
+    write_recording(tmp_path / "short.mcap", short)
+    outcome = run("evaluate", reconstructed / "still.solution.mcap", tmp_path / "short.mcap")
+    assert outcome.code == 1 and len(outcome.error_lines) == 1
+    assert "of 181 frames lie outside the reference's time (0.00 s to 1.48 s)" in outcome.err
+
+
+def test_a_reference_without_truth_is_refused(run, recording, reconstructed, tmp_path):
+    write_recording(tmp_path / "blind.mcap", dataclasses.replace(recording, truth=None))
+    outcome = run("evaluate", reconstructed / "still.solution.mcap", tmp_path / "blind.mcap")
+    assert outcome.code == 1 and len(outcome.error_lines) == 1
+    assert "blind.mcap: a recording without truth" in outcome.err
+
+
 def test_comparison_explains_the_papers_joints():
     errors = {"orientation_error_mean_deg": {"mean": 2.0, "mean_table1": 1.0}}
     table = ErrorTable(errors, (), ("Head",), 10, (0.0, 1.0))
     text = comparison_table({"ekf": table})
     assert "neck, shoulder, hip [deg]" in text and "table 1 in Vlasic et al. 2007" in text
+
+
+def test_comparison_has_one_row_a_joint_and_one_column_a_method():
+    def table(error):
+        values = {"RightHand": error, "Head": 2 * error, "mean": 1.5 * error}
+        return ErrorTable(
+            {"orientation_error_mean_deg": values | {"mean_observed": error}},
+            ("RightHand",), (), 10, (0.0, 1.0),
+        )  # fmt: skip
+
+    text = comparison_table({"ekf": table(4.0), "ekf_smoothed": table(3.0), "optimise": table(1.0)})
+    rows = {line[:30].strip(): line[30:].split() for line in text.splitlines()}
+    assert rows["1 observed joints [deg]"] == ["ekf", "ekf_smoothed", "optimise"]
+    assert rows["RightHand"] == ["4.000", "3.000", "1.000"]
+    assert rows["mean of observed joints [deg]"] == ["4.000", "3.000", "1.000"]
+    assert rows["mean of all joints [deg]"] == ["6.000", "4.500", "1.500"]
+    assert text.count("RightHand") == 1 and "Head" not in rows
+    assert "relative to the pelvis" in text and "Vlasic" not in text
 
 
 def test_effort_counts_steps_of_all_rounds(reconstructed):

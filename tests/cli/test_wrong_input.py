@@ -1,11 +1,10 @@
-"""Wrong input gives one line that names it, the right exit code, and leaves nothing behind."""
+"""A wrong file gives one line that names it, the right exit code, and leaves nothing behind."""
 
 from __future__ import annotations
 
 import dataclasses
 import os
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,109 +12,6 @@ import pytest
 from mocap_jax.io import write_recording
 
 FAILURE, USAGE = 1, 2
-
-
-@pytest.fixture
-def refused(run, tmp_path: Path):
-    """Run, and check that it is refused on one line that holds the given words."""
-
-    def check(arguments: list[object], code: int, *words: str) -> None:
-        before = sorted(tmp_path.rglob("*"))
-        outcome = run(*arguments)
-        assert outcome.code == code, outcome
-        assert len(outcome.error_lines) == 1, outcome.err
-        assert "Traceback" not in outcome.err and "unexpected" not in outcome.err, outcome.err
-        assert outcome.err.startswith("mocap-jax")
-        for word in words:
-            assert word in outcome.err, outcome.err
-        assert sorted(tmp_path.rglob("*")) == before, "something was left behind"
-
-    return check
-
-
-# Arguments
-
-
-def test_no_verb(refused):
-    refused([], USAGE, "VERB")
-
-
-def test_unknown_verb(refused):
-    refused(["reconstuct", "a.mcap"], USAGE, "reconstuct", "reconstruct")
-
-
-def test_unknown_option(refused):
-    refused(["info", "--colour", "a.mcap"], USAGE, "--colour")
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ["reconstruct", "{rec}", "-o", "{rec}", "--method", "ekf"],
-        ["reconstruct", "{rec}", "--json", "{rec}", "--method", "ekf"],
-        ["evaluate", "{rec}", "{rec}", "--json", "{rec}"],
-        ["simulate", "routine", "-o", "{out}.mcap", "--json", "{out}.mcap"],
-    ],
-)
-def test_inputs_are_not_written_over(refused, recording_file, tmp_path, arguments):
-    before = Path(recording_file).read_bytes()
-    named = [a.format(rec=recording_file, out=tmp_path / "out") for a in arguments]
-    code_words = (USAGE, "overwrite") if "simulate" not in arguments else (USAGE,)
-    refused(named, *code_words)
-    assert Path(recording_file).read_bytes() == before
-
-
-def test_the_rest_hold_alone_is_reconstructed_without_errors(run, recording, tmp_path):
-    later = dataclasses.replace(recording.setup, score_from=1e3)
-    write_recording(tmp_path / "cut.mcap", dataclasses.replace(recording, setup=later))
-    outcome = run("reconstruct", tmp_path / "cut.mcap", "--method", "ekf")
-    assert outcome.code == 0, outcome
-    assert "no errors" in outcome.out
-    assert (tmp_path / "cut.solution.mcap").is_file()
-
-
-def test_unknown_sensor_kind(refused, recording_file):
-    refused(["reconstruct", recording_file, "--sensors", "A,Q"], USAGE, "'Q'", "gyroscope")
-
-
-def test_magnetometer_is_refused_by_name(refused, recording_file):
-    refused(["reconstruct", recording_file, "--sensors", "A,G,M"], USAGE, "magnetometer")
-
-
-@pytest.mark.parametrize("method", ["ukf", "optimize"])
-def test_unknown_method(refused, recording_file, method):
-    refused(["reconstruct", recording_file, "--method", method], USAGE, method, "optimise", "ekf")
-
-
-def test_unknown_preset(refused, recording_file):
-    refused(["reconstruct", recording_file, "--preset", "best"], USAGE, "best", "paper")
-
-
-def test_unknown_profile(refused, tmp_path):
-    arguments = ["simulate", "walking", "-o", tmp_path / "a.mcap", "--profile", "real"]
-    refused(arguments, USAGE, "real", "ideal", "paper", "field")
-
-
-@pytest.mark.parametrize("value", ["-3", "fast", "0", "inf"])
-def test_frame_rate_that_is_none(refused, tmp_path, value):
-    arguments = ["simulate", "a.bvh", "-o", tmp_path / "a.mcap", f"--fps={value}"]
-    refused(arguments, USAGE, "--fps", value)
-
-
-def test_unknown_suffix_of_an_export(refused, tmp_path):
-    arguments = ["export", "a.solution.mcap", "-o", tmp_path / "a.fbx"]
-    refused(arguments, USAGE, ".fbx", ".bvh", ".csv", ".npz")
-
-
-def test_file_option_for_a_builtin_motion(refused, tmp_path):
-    arguments = ["simulate", "walking", "--fps", "60", "-o", tmp_path / "a.mcap"]
-    refused(arguments, USAGE, "--fps", "walking")
-
-
-def test_orientations_that_were_not_measured(refused, recording_file):
-    arguments = ["reconstruct", recording_file, "--method", "orientation"]
-    refused(arguments, USAGE, "no measured orientations", "ekf")
-    refused([*arguments, "--sensors", "A,O"], USAGE, "--sensors")
 
 
 # Files
@@ -137,6 +33,22 @@ def test_file_that_is_not_mcap(refused, tmp_path, verb, content):
 def test_folder_instead_of_a_file(refused, tmp_path):
     refused(["reconstruct", tmp_path, "-o", tmp_path / "a.mcap"], FAILURE, str(tmp_path))
     refused(["info", tmp_path], FAILURE, "this is a folder")
+    refused(["reconstruct", "/"], FAILURE, "this is a folder")
+    refused(["reconstruct", ""], FAILURE, "this is a folder")
+
+
+@pytest.mark.parametrize("name", ["motion.bvh", "07_01.AMC", "walk.npz"])
+@pytest.mark.parametrize("verb", ["reconstruct", "export", "evaluate"])
+def test_motion_where_a_recording_is_wanted(refused, tmp_path, verb, name):
+    motion = tmp_path / name
+    motion.write_text("HIERARCHY\n")
+    after = {"export": ["-o", tmp_path / "a.csv"], "evaluate": ["b.mcap"]}.get(verb, [])
+    hint = f"mocap-jax simulate {motion} -o {motion.stem}.mcap"
+    refused([verb, motion, *after], FAILURE, "this is a motion file", hint)
+
+
+def test_motion_that_is_not_there(refused, tmp_path):
+    refused(["reconstruct", tmp_path / "none.bvh"], FAILURE, "none.bvh: no such file")
 
 
 def test_output_folder_that_does_not_exist(refused, recording_file, tmp_path):

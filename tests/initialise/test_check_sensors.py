@@ -57,6 +57,12 @@ def renamed(recording, names):
     return dataclasses.replace(recording, inertial=inertial, ranges=ranges)
 
 
+def rewired(recording, a, b):
+    """The inertial data of two boards exchanged; their receivers stay where they are."""
+    both = {a: recording.inertial[b], b: recording.inertial[a]}
+    return dataclasses.replace(recording, inertial=recording.inertial | both)
+
+
 def changed(recording, sensor, accelerometer=SAME, gyroscope=SAME):
     """One board's readings multiplied by matrices."""
     stream = recording.inertial[sensor]
@@ -94,6 +100,38 @@ def test_swapped_pairs_are_named(recording, body, pair, with_ranges):
     assert suspects(check) == {a, b}
     assert f"the place of {b}" in check.findings[a][0]
     assert len(check.sentences) == 1 and a in check.sentences[0] and b in check.sentences[0]
+
+
+@pytest.mark.parametrize(
+    "pair",
+    [*LIKELY_SWAPS, ("abdomen", "left_hand"), ("left_hand", "left_shank"), ("pelvis", "left_foot"),
+     ("chest", "left_shank"), ("left_forearm", "right_shank")],
+    ids="-".join,
+)  # fmt: skip
+def test_exchanged_cables_are_named(recording, body, pair):
+    """Distances that fit where they are do not hide what gravity and rates say, nor warp it."""
+    check = check_sensors(rewired(recording, *pair), body)
+    assert [set(group) for group in check.exchanged] == [set(pair)]
+    assert suspects(check) == set(pair) and not any(check.faults.values())
+    if pair in (("left_hand", "right_hand"), ("chest", "left_shank")):  # both hear sources
+        assert check.inertial_only == check.exchanged
+        assert "inertial data" in check.findings[pair[0]][0]
+        assert "Their distances fit where they are" in check.sentences[0]
+
+
+def test_whole_boards_are_told_from_cables(recording, body):
+    names = {"left_hand": "right_hand", "right_hand": "left_hand"}
+    assert not check_sensors(renamed(recording, names), body).inertial_only
+    deaf = dataclasses.replace(rewired(recording, "left_hand", "right_hand"), ranges=None)
+    check = check_sensors(deaf, body)
+    assert check.exchanged and not check.inertial_only, "without distances nothing tells"
+
+
+def test_doubtful_inertial_data_are_not_called_exchanged_cables(recording, body):
+    """A gyroscope of wrong unit, or without signal, is not taken for one of a board at rest."""
+    for fault in (180 / np.pi * np.eye(3), np.zeros((3, 3))):
+        check = check_sensors(changed(recording, "left_thigh", gyroscope=fault), body)
+        assert not check.exchanged and suspects(check) <= {"left_thigh"}
 
 
 def test_three_exchanged_boards_are_one_group(recording, body):
@@ -221,6 +259,9 @@ def test_every_pair_over_seeds(seed):
         check = check_sensors(renamed(recording, {a: b, b: a}), body)
         if [set(g) for g in check.exchanged] != [{a, b}] or suspects(check) != {a, b}:
             missed.append((a, b))
+        check = check_sensors(rewired(recording, a, b), body)
+        if any(set(g) != {a, b} for g in check.exchanged) or not suspects(check) <= {a, b}:
+            missed.append((a, b, "cables"))
     print(f"seed {seed}: {len(pairs) - len(missed)} of {len(pairs)} swaps named; missed {missed}")
     assert not missed
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from mocap_jax.motion import Motion, builtin_motion, human, retarget_errors
+from mocap_jax.motion import Motion, builtin_motion, human, retarget_errors, retarget_table
 from mocap_jax.trajectory import Trajectory
 
 
@@ -51,3 +52,18 @@ def test_another_size_is_no_error_but_other_proportions_are(walk: Motion) -> Non
     errors = retarget_errors(walk, longer)
     assert errors.loc["RightHand", "position_mean_cm"] == pytest.approx(5.0)
     assert errors.loc["all", "orientation_max_deg"] < 1e-5
+
+
+def test_the_table_explains_itself(walk: Motion) -> None:
+    errors = retarget_errors(walk, with_hinge(walk, "LeftForeArm_flexion", 10.0))
+    heading, numbers, meanings = retarget_table(errors).split("\n\n")
+    assert "one row a segment" in heading and "largest maximum" in heading
+    head, *rows = numbers.splitlines()
+    columns = re.findall(r"\w+ \w+ \[\w+\]", head)
+    quantities = {"orientation": "deg", "direction": "deg", "bend": "deg", "position": "cm"}
+    assert columns == [f"{q} {s} [{u}]" for q, u in quantities.items() for s in ("mean", "max")]
+    assert all(f"{quantity}: " in meanings for quantity in quantities)
+    arm = next(row.split() for row in rows if row.startswith("LeftForeArm"))
+    assert arm[5:7] == ["10.0", "10.0"]
+    assert next(row.split() for row in rows if row.startswith("Pelvis"))[3:7] == ["-"] * 4
+    assert list(errors.columns)[0] == "orientation_mean_deg", "the argument stays as it is"

@@ -1,6 +1,6 @@
 """The built-in human body: proportions, masses, joints and shape, and its segment lengths."""
 
-from mocap_jax.motion.human.build import human
+from mocap_jax.motion.human.build import check_size, human
 from mocap_jax.motion.human.lengths import (
     segment_lengths,
     segment_tip,
@@ -8,4 +8,7 @@ from mocap_jax.motion.human.lengths import (
 )
 from mocap_jax.motion.human.proportions import SEXES, Sex
 
-__all__ = ["SEXES", "Sex", "human", "segment_lengths", "segment_tip", "with_segment_lengths"]
+__all__ = [
+    "SEXES", "Sex", "check_size", "human", "segment_lengths", "segment_tip",
+    "with_segment_lengths",
+]  # fmt: skip

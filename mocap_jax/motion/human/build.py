@@ -31,7 +31,7 @@ from mocap_jax.motion.skeleton import Bone, Capsule, Inertia, Skeleton, skeleton
 def human(
     height: float = 1.75,
     mass: float = 70.0,
-    sex: Sex | None = None,
+    sex: Sex | str | None = None,
     lengths: Mapping[str, float] | None = None,
 ) -> Body:
     """Human body of 23 segments and 56 degrees of freedom, with a free root at `Pelvis`.
@@ -50,7 +50,8 @@ def human(
     Args:
         height: stature [m], 0.5 to 2.5.
         mass: body mass [kg], 5 to 300; all segments together have exactly this.
-        sex: "female", "male" or None (the mean of both): breadths, upper arm, masses.
+        sex: "female", "male" (letters of any case) or None (the mean of both): breadths, upper
+            arm, masses.
         lengths: other lengths [m] of some segments, each from its joint to the next along the
             chain (`segment_lengths` lists them). Names are Xsens' ("LeftUpperArm"), or without
             side for both sides ("UpperArm"). Segments without a length here keep stature's
@@ -60,7 +61,8 @@ def human(
     Raises:
         InputError: a value outside its range, an unknown sex or segment.
     """
-    _check_size(height, mass, sex)
+    check_size(height, mass)
+    sex = checked_sex(sex)
     body = proportions(sex)
     ends = {s: _sided(body.end[side_of(s)[1]], s) * height for s in XSENS_SEGMENTS}
     factors = {s: np.ones(3) for s in XSENS_SEGMENTS}
@@ -81,15 +83,24 @@ def human(
     return skeleton_body(Skeleton("human", tuple(bones)), shapes)
 
 
-def _check_size(height: float, mass: float, sex: Sex | None) -> None:
+def check_size(height: float = 1.75, mass: float = 70.0) -> None:
+    """Check stature [m] and mass [kg]; raises `InputError` with the valid range."""
     for name, value, unit, (low, high) in (
         ("height", height, "m", (0.5, 2.5)),
         ("mass", mass, "kg", (5.0, 300.0)),
     ):
         if not isinstance(value, (int, float, np.number)) or not low <= value <= high:
             raise InputError(f"{name} must be {low:g} to {high:g} {unit}, got {value!r}")
-    if sex is not None and sex not in SEXES:
-        raise unknown_name("sex", str(sex), (*SEXES, "None (the mean of both)"))
+
+
+def checked_sex(sex: str | None) -> Sex | None:
+    """One of `SEXES` whatever the case of its letters, or None; raises `InputError` otherwise."""
+    if sex is None:
+        return None
+    for known in SEXES:
+        if isinstance(sex, str) and sex.lower() == known:
+            return known
+    raise unknown_name("sex", str(sex), (*SEXES, "None (the mean of both)"))
 
 
 def _parents_first() -> list[str]:

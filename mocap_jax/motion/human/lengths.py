@@ -10,17 +10,20 @@ and the height of the ankle over the sole stay.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 
 import jax.numpy as jnp
 import mujoco
 import numpy as np
 from jax import Array
+from jax.core import Tracer
 from jaxtyping import Float
 
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.motion.human.proportions import LONG_AXIS, NEXT, SIDED, SIDES, side_of
+from mocap_jax.motion.human.stretched_mjcf import stretched_mjcf
 from mocap_jax.motion.segment_names import XSENS_SEGMENTS
 from mocap_jax.motion.skeleton import TIP_PREFIX
 
@@ -45,8 +48,10 @@ def with_segment_lengths(
     """The body with other segment lengths; differentiable by them (`jit`, `grad`, `vmap`).
 
     Joints, sites and the root's height in `qpos0` follow as if `human(lengths=...)` had been
-    called, soles on z = 0. The MJCF, with its capsules and masses, stays that of `body`, and
-    the change is always from the lengths in the MJCF: do not apply this twice.
+    called, soles on z = 0; so does the MJCF (`xml`), with capsules, centres of mass and moments of
+    inertia. Of traced lengths (within `jit`, `grad`, `vmap`) no text can be written: the body then
+    has an empty `xml`, and what needs the MJCF (`mujoco_model`, `segment_lengths`, files, this
+    function once more) refuses it.
 
     Args:
         body: of `human()`, with or without sites.
@@ -55,35 +60,83 @@ def with_segment_lengths(
             the order of `segment_lengths(body)`.
 
     Raises:
-        InputError: not a body of `human()`, unknown or repeated names, or not one length each.
+        InputError: not a body of `human()`, unknown or repeated names, not one length each, or
+            a length that the segment cannot have.
     """
     ends = _ends(body)
     if isinstance(lengths, Mapping):
-        names, lengths = tuple(lengths), jnp.stack([jnp.asarray(x) for x in lengths.values()])
+        names, values = tuple(lengths), tuple(lengths.values())
+        plain = not any(isinstance(x, Tracer) for x in values)
+        lengths = np.array(values, float) if plain else jnp.stack([jnp.asarray(x) for x in values])
+    traced = isinstance(lengths, Tracer)
     names = (names,) if isinstance(names, str) else tuple(ends) if names is None else tuple(names)
     if jnp.shape(lengths) != (len(names),):
         raise InputError(
             f"lengths must have one value for each of the {len(names)} names, "
             f"got shape {jnp.shape(lengths)}"
         )
-    values = {segment: lengths[i] for i, name in enumerate(names) for segment in both_sides(name)}
-    if len(values) < sum(len(both_sides(name)) for name in names):
+    if not traced:  # plain numbers stay so, within a transformation of something else, too
+        lengths = np.asarray(lengths, float)
+    by_segment = {
+        segment: lengths[i] for i, name in enumerate(names) for segment in both_sides(name)
+    }
+    if len(by_segment) < sum(len(both_sides(name)) for name in names):
         raise InputError(f"a segment has more than one length in {', '.join(names)}")
     topology = body.topology
     factors: list[Array] = [jnp.ones(3)] * topology.nbody
-    for segment, length in values.items():
+    for segment, length in by_segment.items():
         part = side_of(segment)[1]
+        if not traced:
+            _check_length(segment, ends[segment], float(length))
         factors[topology.body_index(segment)] = stretch(part, ends[segment], length)
     factor = jnp.stack(factors)
     body_pos = body.body_pos * factor[jnp.array(topology.body_parent)]
     lift = _hip_height(body, body_pos) - _hip_height(body, body.body_pos)
     root = topology.body_index("Pelvis")
     site_pos = body.site_pos * factor[jnp.array(topology.site_body, int)]
-    return body.replace(
+    changed = body.replace(
         body_pos=body_pos.at[root, 2].add(lift),
         qpos0=body.qpos0.at[2].add(lift),
         site_pos=site_pos,
     )
+    xml = "" if traced else _mjcf(body, ends, by_segment)
+    return dataclasses.replace(changed, xml=xml)
+
+
+def _mjcf(
+    body: Body, ends: Mapping[str, Float[np.ndarray, "3"]], lengths: Mapping[str, float]
+) -> str:
+    """MJCF of the body with other lengths, in plain numbers."""
+    factors = {s: _factor(side_of(s)[1], ends[s], float(x)) for s, x in lengths.items()}
+    # By the MJCF's own numbers: arrays of the body may be traced.
+    model, index = body.mujoco_model(), body.topology.body_index
+    place = np.array(model.body_pos)
+    for segment, factor in factors.items():
+        for child, parent in enumerate(body.topology.body_parent):
+            if parent == index(segment):
+                place[child] *= factor
+    legs = [
+        [sum(p[index(side + part), 2] for part in ("LowerLeg", "Foot")) for side in SIDES]
+        for p in (place, model.body_pos)
+    ]
+    return stretched_mjcf(body.xml, factors, lift=min(legs[1]) - min(legs[0]))
+
+
+def _check_length(segment: str, end: Float[np.ndarray, "3"], length: float) -> None:
+    across = float(np.linalg.norm(np.delete(end, LONG_AXIS[side_of(segment)[1]])))
+    if not across < length < np.inf:
+        raise InputError(
+            f"length of {segment} must be above {across:.3g} m (its breadth stays), got {length}"
+        )
+
+
+def _factor(part: str, end: Float[np.ndarray, "3"], length: float) -> Float[np.ndarray, "3"]:
+    """`stretch` in plain numbers, also within a transformation."""
+    axis = LONG_AXIS[part]
+    across = float(np.delete(end, axis) @ np.delete(end, axis))
+    factor = np.ones(3)
+    factor[axis] = np.sqrt(length**2 - across) / abs(float(end[axis]))
+    return factor
 
 
 def stretch(part: str, end: Float[np.ndarray, "3"], length: Array | float) -> Array:

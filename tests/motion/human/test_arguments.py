@@ -22,6 +22,15 @@ def test_wrong_kinds_are_refused(arguments: dict, text: str) -> None:
         human(**arguments)
 
 
+def test_sex_in_any_case() -> None:
+    assert human(sex="Female").xml == human(sex="FEMALE").xml == human(sex="female").xml
+    assert human(sex="Male").xml == human(sex="male").xml != human(sex="female").xml
+    with pytest.raises(InputError, match=r"unknown sex 'Boy'; valid: .*female"):
+        human(sex="Boy")
+    with pytest.raises(InputError, match="unknown sex '1'"):
+        human(sex=1)  # type: ignore[arg-type]
+
+
 def test_lengths_by_mapping_or_by_one_name() -> None:
     body = human()
     mapped = with_segment_lengths(body, {"UpperArm": 0.3})

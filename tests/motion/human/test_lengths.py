@@ -162,3 +162,66 @@ def test_many_bodies_at_once(pose: jnp.ndarray) -> None:
     place = lambda lengths: frames(with_segment_lengths(body, lengths), pose).position  # noqa: E731
     together = jax.vmap(place)(many)
     np.testing.assert_allclose(together[4], place(many[4]), atol=1e-12)
+
+
+def test_the_mjcf_follows_plain_lengths(suited: Body) -> None:
+    """The text compiles to what `human(lengths=...)` is, sites included."""
+    lengths = {"LeftUpperLeg": 0.47, "Foot": 0.16, "Shoulder": 0.20, "Hand": 0.21, "T8": 0.17}
+    changed = with_segment_lengths(suited, lengths)
+    mine, anew = changed.mujoco_model(), human(lengths=lengths).mujoco_model()
+    for field in ("body_pos", "body_mass", "body_inertia", "body_ipos", "geom_pos", "geom_size",
+                  "qpos0"):  # fmt: skip
+        np.testing.assert_allclose(getattr(mine, field), getattr(anew, field), atol=1e-9)
+    np.testing.assert_allclose(mine.site_pos, changed.site_pos, atol=1e-12)
+    np.testing.assert_allclose(mine.body_pos, changed.body_pos, atol=1e-12)
+    np.testing.assert_allclose(mine.qpos0, changed.qpos0, atol=1e-12)
+    assert segment_lengths(changed) == pytest.approx(segment_lengths(human(lengths=lengths)))
+    assert segment_lengths(changed)["LeftUpperLeg"] == pytest.approx(0.47)
+
+
+def test_lengths_can_be_changed_twice(suited: Body) -> None:
+    twice = with_segment_lengths(
+        with_segment_lengths(suited, {"UpperLeg": 0.5, "UpperArm": 0.3}), {"UpperLeg": 0.45}
+    )
+    once = with_segment_lengths(suited, {"UpperLeg": 0.45, "UpperArm": 0.3})
+    np.testing.assert_allclose(twice.body_pos, once.body_pos, atol=1e-12)
+    np.testing.assert_allclose(twice.site_pos, once.site_pos, atol=1e-12)
+    assert segment_lengths(twice) == pytest.approx(segment_lengths(once), rel=1e-12)
+
+
+def test_traced_lengths_make_no_mjcf() -> None:
+    body = human()
+    seen = []
+
+    def height(length: jnp.ndarray) -> jnp.ndarray:
+        longer = with_segment_lengths(body, {"UpperLeg": length})
+        seen.append(longer)
+        return longer.qpos0[2]
+
+    assert float(jax.grad(height)(0.45)) == pytest.approx(1.0)
+    assert seen[0].xml == "" and body.xml
+    with pytest.raises(InputError, match="no MJCF .*traced"):
+        segment_lengths(seen[0])
+    made = jax.jit(lambda x: with_segment_lengths(body, x, ("UpperLeg",)))(jnp.array([0.45]))
+    with pytest.raises(InputError, match="no MJCF"):
+        made.mujoco_model()
+
+
+def test_plain_lengths_within_a_transformation_keep_the_mjcf() -> None:
+    """What is traced there is something else."""
+    seen = []
+
+    def scaled(x: jnp.ndarray) -> jnp.ndarray:
+        longer = with_segment_lengths(human(), {"UpperLeg": 0.45})
+        seen.append(longer.xml)
+        return x * longer.qpos0[2]
+
+    jax.jit(scaled)(1.0)
+    assert seen == [with_segment_lengths(human(), {"UpperLeg": 0.45}).xml]
+
+
+@pytest.mark.parametrize("length", [0.0, -0.3, float("nan"), float("inf"), 0.01])
+def test_impossible_lengths_are_refused(length: float) -> None:
+    for lengths in ({"LeftShoulder": length}, {"LeftShoulder": jnp.array(length)}):
+        with pytest.raises(InputError, match=r"length of LeftShoulder must be above 0\.0\d+ m"):
+            with_segment_lengths(human(), lengths)
