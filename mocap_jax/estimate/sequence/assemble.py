@@ -16,6 +16,7 @@ from jax import Array
 from jaxtyping import Float
 
 from mocap_jax.body import Body
+from mocap_jax.compilation_cache import COMPILER_OPTIONS
 from mocap_jax.estimate.sequence import geometry_terms, inertial_terms, pose_terms, range_terms
 from mocap_jax.estimate.sequence.composite import joint_block, joint_border, joint_gradient
 from mocap_jax.estimate.sequence.geometry_terms import GeometryInformation
@@ -80,7 +81,7 @@ class ChunkValues(NamedTuple):
     """The gate w_a of every range."""
 
 
-@partial(jax.jit, static_argnums=0)
+@partial(jax.jit, static_argnums=0, compiler_options=COMPILER_OPTIONS)
 def evaluate_chunk(
     layout: Layout, body: Body, q: Array, constants: Constants, terms: Terms, weights: Weights
 ) -> ChunkValues:
@@ -101,7 +102,7 @@ def evaluate_chunk(
     return ChunkValues(0.5 * sum(x.sum() for x in kinds.values()), out, gate)
 
 
-@partial(jax.jit, static_argnums=0)
+@partial(jax.jit, static_argnums=0, compiler_options=COMPILER_OPTIONS)
 def assemble_chunk(
     layout: Layout, body: Body, q: Array, constants: Constants, terms: Terms, weights: Weights
 ) -> ChunkSystem:
@@ -150,7 +151,7 @@ def _later(w: Window, core: slice, offset: int) -> Array:
     return w.screws[core.start + offset : core.stop + offset]
 
 
-@partial(jax.jit, static_argnums=0)
+@partial(jax.jit, static_argnums=0, compiler_options=COMPILER_OPTIONS)
 def chunk_border(
     layout: Layout, border: Array, screws: Array, range_border: Array, geometry: Array
 ) -> Float[Array, "c m nv"]:

@@ -20,6 +20,7 @@ from jaxtyping import Float
 
 from mocap_jax import so3
 from mocap_jax.body import Body, retract
+from mocap_jax.compilation_cache import COMPILER_OPTIONS
 from mocap_jax.estimate.sequence import inertial_terms, pose_terms, range_terms
 from mocap_jax.estimate.sequence.layout import (
     CONSTANTS_PER_SENSOR,
@@ -125,7 +126,7 @@ def moved_constants(layout: Layout, c: Constants, step: Float[Array, "m"]) -> Co
     )
 
 
-@partial(jax.jit, static_argnums=0)
+@partial(jax.jit, static_argnums=0, compiler_options=COMPILER_OPTIONS)
 def chunk_model_gradient(
     layout: Layout,
     body: Body,

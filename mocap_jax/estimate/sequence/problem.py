@@ -241,8 +241,15 @@ class SequenceProblem:
     def _factorised(
         self, state: State, damping: float
     ) -> tuple[NormalEquations, linalg.ArrowFactor]:
-        e = self.linearise(state)
-        return e, linalg.factor(e.lower, e.corner, e.border, damping=damping, overwrite=True)
+        factoring: list[linalg.Factoring] = []
+
+        def follow(lower: np.ndarray, border: linalg.BorderBlocks | None, ready: int) -> None:
+            if not factoring:
+                factoring.append(linalg.Factoring(lower, border, damping=damping, overwrite=True))
+            factoring[0].advance(ready)
+
+        e = self.linearise(state, follow)
+        return e, factoring[0].finish(e.corner)
 
     def _systems(
         self, state: State, *, spread: bool
