@@ -26,6 +26,7 @@ from mocap_jax.estimate.sequence.compile_ahead import compile_ahead
 from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.levels import (
     Levels,
+    any_wrong,
     information,
     initial_levels,
     prior_information,
@@ -182,9 +183,13 @@ class _Run:
                     break
                 levels = self._re_estimated(result.state, changed, generator)
                 number += 1
-                last = number == rounds - 1 or (number > 1 and levels.close_to(self.levels))
+                last = number == rounds - 1 or (number > 1 and self._settled(levels))
                 self.levels = levels
         return self._solution(result, changed, recording, root_given=root_given)
+
+    def _settled(self, levels: Levels) -> bool:
+        """Whether another solve would not change the model errors, or none are left."""
+        return levels.same_shares(self.levels) or not any_wrong(levels, self.built)
 
     def _re_estimated(
         self, state: State, changed: dict[str, np.ndarray], generator: np.random.Generator

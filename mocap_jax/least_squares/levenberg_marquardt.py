@@ -101,7 +101,7 @@ class SolverOptions:
 
     max_iterations: int = 30
     """Largest number of linearisations."""
-    tolerance: float = 1e-2
+    tolerance: float = 2e-2
     """Converged when the RMS step is below this many posterior standard deviations (Newton
     decrement per unknown)."""
     initial_damping: float | None = None

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import threading
+from pathlib import Path
+
 import jax
 import numpy as np
 from test_sequence_assembly import make
 
+import mocap_jax as mj
+from mocap_jax.estimate import filter_compile
 from mocap_jax.estimate.background import wait_for
 from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.estimate.sequence.compile_ahead import compile_ahead
+
+DEMO = Path(__file__).resolve().parents[2] / "data" / "demo.mcap"
 
 
 def test_after_compiling_ahead_nothing_is_left_to_compile() -> None:
@@ -39,4 +46,24 @@ def test_waiting_counts_as_compilation_once() -> None:
     with clock:
         wait_for(compile_ahead(problem))
     assert first > 0
-    assert clock.seconds == 0
+    assert clock.seconds < 1e-3
+
+
+def test_the_filters_programs_are_those_that_its_loops_call(monkeypatch) -> None:
+    """Compiled from declared poses in the background, they fit what the rest hold gives."""
+    monkeypatch.setattr(filter_compile, "_compiled", set())
+    recording = mj.read_recording(DEMO)
+    options = mj.EkfOptions(smooth=True, covariance=False, chunk=37)
+    compiled: list[tuple[str, str]] = []
+
+    def count(event: str, duration: float, **about: object) -> None:
+        if event.endswith("backend_compile_duration") and "chunk" in str(about.get("fun_name")):
+            compiled.append((threading.current_thread().name, str(about["fun_name"])))
+
+    jax.monitoring.register_event_duration_secs_listener(count)
+    try:
+        mj.ekf(recording, options=options)
+    finally:
+        jax.monitoring.unregister_event_duration_listener(count)
+    assert [name for _, name in compiled] == ["jit(filter_chunk)", "jit(smooth_chunk)"]
+    assert all(thread.startswith("compile") for thread, _ in compiled)

@@ -22,6 +22,7 @@ import numpy as np
 
 from mocap_jax import linalg
 from mocap_jax.body import difference
+from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.levels import (
     GEOMETRY_KINDS,
     INFORMATION,
@@ -30,6 +31,7 @@ from mocap_jax.estimate.sequence.levels import (
     declared_deviations,
     mostly_wrong,
     prior_counts,
+    prior_from,
     repeats,
 )
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State, constant_values
@@ -52,6 +54,8 @@ _CHANCE = 2.0
 _RANGE_CHANCE = 0.2
 # Constants beyond this many declared deviations are not believed.
 _FAR = 3.0
+# Times that deviations of constants are found anew from one solution.
+_INNER = 2
 # Fewer constants than this say little about the size of their kind.
 _FEW = 6
 # Ranges whose declared variance is below this many times the smallest count as trusted.
@@ -181,6 +185,29 @@ def _constants(
     counts: np.ndarray,
     options: ConstantsOptions,
 ) -> dict[str, float]:
+    """Deviations of each kind of constants, found anew a few times.
+
+    Other deviations move the constants; how far, the Schur complement S of the poses tells: at the
+    solution S z = S_data z_data, where S_data = S - prior is what the recording says by itself.
+    """
+    whole = f.corner.T @ f.corner
+    data, pull = (
+        whole - np.diag(problem.prior_information),
+        whole @ constant_values(state.constants),
+    )
+    for _ in range(_INNER):
+        prior = prior_from(levels, problem.layout, counts)
+        covariance = np.linalg.inv(data + np.diag(prior))
+        variance = counts * np.diag(covariance)
+        found = _deviations(covariance @ pull, variance, problem.layout, levels, options)
+        levels = dataclasses.replace(levels, **found)  # type: ignore[arg-type]
+    return {name: getattr(levels, name) for name in declared_deviations(options)}
+
+
+def _deviations(
+    values: np.ndarray, variance: np.ndarray, layout: Layout, levels: Levels,
+    options: ConstantsOptions,
+) -> dict[str, float]:  # fmt: skip
     """Deviations of each kind of constants as a population: sum v^2 / sum (1 - var / sigma^2).
 
     Kinds of the `Geometry` that are few, or that the recording hardly determines, take the step of
@@ -190,9 +217,7 @@ def _constants(
     They may shrink to what the recording shows, not grow beyond the declared prior: a misfit
     elsewhere would otherwise be blamed on them without bound.
     """
-    values = constant_values(state.constants)
-    variance = np.diag(linalg.corner_covariance(f)) * counts
-    changes, cells = {}, constant_cells(problem.layout)
+    changes, cells = {}, constant_cells(layout)
     for name, declared in declared_deviations(options).items():
         sigma, at = getattr(levels, name), cells[name]
         if not sigma or not len(at):

@@ -45,11 +45,9 @@ class Levels:
         full = {kind: (1.0,) * len(self.share[kind]) for kind in _INERTIAL}
         return dataclasses.replace(self, share=self.share | full)
 
-    def close_to(self, other: Levels) -> bool:
-        """Whether another solve with these levels would change little."""
-        flat = lambda x: np.concatenate(  # noqa: E731
-            [*x.share.values(), [getattr(x, n) for n in (*_CONSTANT_KINDS, "rest")]]
-        )
+    def same_shares(self, other: Levels) -> bool:
+        """Whether the model errors are about the same."""
+        flat = lambda x: np.concatenate(list(x.share.values()))  # noqa: E731
         return bool(np.allclose(flat(self), flat(other), rtol=0.15, atol=1e-3))
 
 
@@ -93,11 +91,15 @@ def prior_information(levels: Levels, built: Built, repeats: float, *, last: boo
     geometry do in the last round only: before, misfit of a clean recording whose body is wrong must
     be free to go where it belongs, or it would be taken for model errors of its sensors.
     """
-    layout = built.layout
+    return prior_from(levels, built.layout, prior_counts(levels, built, repeats, last=last))
+
+
+def prior_from(levels: Levels, layout: Layout, counts: np.ndarray) -> np.ndarray:
+    """The same from how often each prior counts (m,)."""
     sigma = np.empty(CONSTANTS_PER_SENSOR * len(layout.sites) + layout.geometry)
     for name, at in constant_cells(layout).items():
         sigma[at] = getattr(levels, name)
-    return prior_counts(levels, built, repeats, last=last) / np.maximum(sigma, 1e-7) ** 2
+    return counts / np.maximum(sigma, 1e-7) ** 2
 
 
 def prior_counts(levels: Levels, built: Built, repeats: float, *, last: bool) -> np.ndarray:
@@ -117,6 +119,12 @@ def _wrong(levels: Levels, built: Built) -> np.ndarray:
     measured = [np.isfinite(built.variances[kind][0]).any(axis=0) for kind in _INERTIAL]
     shares = np.array([levels.share[kind] for kind in _INERTIAL])
     return np.any(np.array(measured) & (shares > 0), axis=0)
+
+
+def any_wrong(levels: Levels, built: Built) -> bool:
+    """Whether a sensor, or the ranges, have model errors."""
+    ranges = built.layout.use_range and levels.share["range"][0] > 0
+    return bool(_wrong(levels, built).any() or ranges)
 
 
 def mostly_wrong(levels: Levels, built: Built) -> bool:
