@@ -21,6 +21,7 @@ from mocap_jax.estimate.initial_guess import at_rest, first_guess, on_grid
 from mocap_jax.estimate.inputs import body_of, gauge_remarks, uses_root
 from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.rest_biases import rest_biases
+from mocap_jax.estimate.rest_tilt import gather_with_rest
 from mocap_jax.estimate.sequence.adapt import implausible, re_estimate
 from mocap_jax.estimate.sequence.compile_ahead import compile_ahead
 from mocap_jax.estimate.sequence.layout import Layout
@@ -37,7 +38,7 @@ from mocap_jax.estimate.sequence.statistics import residual_statistics
 from mocap_jax.estimate.sequence.terms import Built, build
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.least_squares import Outcome, Result, minimise
-from mocap_jax.measurement import FrameData, gather
+from mocap_jax.measurement import FrameData
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution, Status
 from mocap_jax.trajectory import Trajectory
@@ -87,9 +88,7 @@ def optimise(
     with clock:
         body = body_of(recording, body)
         root_given = uses_root(recording, options.root)
-        data = gather(
-            recording, body, kinds=options.kinds, root=root_given, rate_hz=options.rate_hz
-        )
+        data = gather_with_rest(recording, body, options, root=root_given)
         built = build(
             data, body, recording.setup, options, root_given=root_given, user_data=user_data
         )
