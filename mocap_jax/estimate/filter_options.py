@@ -35,9 +35,10 @@ class EkfOptions:
     """Standard deviation of joint angles about the rest pose over long times [rad]: joints follow
     a third-order Butterworth process of this size with the jerk density above. 0 makes it a plain
     random walk of the acceleration."""
-    shared_joint_sigma: float = 0.35
+    shared_joint_sigma: float = 0.1
     """The same for joints between two boards with more than three degrees of freedom in all (a
-    neck in three joints): the boards see their sum only, and its parts must not run away [rad]."""
+    spine in four joints): the boards see their sum only, and its parts must not run away [rad].
+    (At 0.35 the trunk folds: joint centres of 02_01 are off by 7 to 14 cm, at 0.1 by 5 cm.)"""
     paper_acceleration_noise: float = 0.04
     """Of `paper` and `euler`: standard deviation of the change of joint accelerations in 1/140 s
     [rad/s^2] (Vlasic 2007, section 5.1). The root, which the paper takes from elsewhere, keeps
@@ -54,11 +55,10 @@ class EkfOptions:
     """The same for boards on a person, wobble on soft tissue included [m]. This and `range_model`
     count as far as the rest hold shows errors at all: times 0 where gravity is where declared
     pose and mounting have it, to 1 where they are off by 3 degrees or no hold is declared."""
-    range_model: float = 0.05
+    range_model: float = 0.2
     """Errors of distances beside their noise on a person: segment lengths, positions of boards and
     sources, soft tissue [m]. They are centimetres, but last: taken for noise, which averages out,
-    they must count as more. (Larger ones better the observed joints of the routine further, but let
-    the trunk fold: joint centres of 02_01 are off by 4, 7 and 10 cm at 0.02, 0.05 and 0.1.)"""
+    they must count as more."""
     range_gate: float = 4.0
     """Ranges whose innovation exceeds this many standard deviations are trusted less (multipath);
     0 switches it off."""

@@ -83,6 +83,18 @@ def _textbook(p: dict) -> list[tuple[np.ndarray, np.ndarray]]:
     return out
 
 
+def test_the_smoothed_mean_needs_no_smoothed_covariances() -> None:
+    p = _problem("white_jerk")
+    filtered, smoothed = _ours(p, "white_jerk")
+    noise = process_noise("white_jerk", jnp.asarray(STEP), jnp.asarray(p["density"]))
+    dynamics, following = Dynamics(jnp.asarray(STEP), noise), filtered[-1]
+    for here, expected in zip(filtered[-2::-1], smoothed[-2::-1], strict=True):
+        following = smooth_step(FLAT, "white_jerk", dynamics, here, following, covariance=False)
+        for ours, theirs in zip(following[:3], expected[:3], strict=True):
+            np.testing.assert_allclose(ours, theirs, atol=1e-9)
+        np.testing.assert_array_equal(following.covariance, here.covariance)
+
+
 @pytest.mark.parametrize("process", ["white_jerk", "paper", "euler"])
 def test_filter_is_the_textbook_one(process: str) -> None:
     p = _problem(process)
