@@ -3,13 +3,28 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 
 from mocap_jax.estimate import compile_clock
 
-_worker = ThreadPoolExecutor(1, thread_name_prefix="compile")
+
+def _new_worker() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(1, thread_name_prefix="compile")
+
+
+_workers = [_new_worker()]
+
+
+def _after_fork() -> None:
+    # A forked process has the executor but not its thread.
+    _workers[0] = _new_worker()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork)
 
 
 def compile_later(job: Callable[[], object]) -> Future[None]:
@@ -22,12 +37,11 @@ def compile_later(job: Callable[[], object]) -> Future[None]:
         with contextlib.suppress(Exception):
             job()
 
-    return _worker.submit(run)
+    return _workers[0].submit(run)
 
 
 def wait_for(jobs: Sequence[Future[None]]) -> None:
     """Return when jobs are done; the time counts as compilation."""
     begin = time.perf_counter()
-    for job in jobs:
-        job.result()
+    wait(jobs)
     compile_clock.add(time.perf_counter() - begin)

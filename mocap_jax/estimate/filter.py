@@ -28,7 +28,6 @@ from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution, Status
 from mocap_jax.trajectory import Trajectory
 
-_PAPER_RATE_HZ = 140.0
 # Memory for filtered beliefs that wait for the smoother (about 16 s of a human at 140 Hz).
 _KEPT_BYTES = 5e8
 

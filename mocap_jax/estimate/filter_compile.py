@@ -35,7 +35,7 @@ def compile_filter(
         rest = declared_rest(recording, body, options.rest)
         run = prepare(recording, body, options, rest, use_root)
         lowered = filter_chunk.lower(run.body, run.model, run.parameters, run.start, run.chunks[0])
-        shapes.extend([run, *_results(lowered.out_info)])
+        shapes.extend([run._replace(chunks=run.chunks[:1]), *_results(lowered.out_info)])
         lowered.compile()
 
     def smoothing() -> None:

@@ -22,8 +22,10 @@ def gather_with_rest(
     count there even where they are not among the kinds of boards that are used.
     """
     chosen, rest = options.kinds, recording.setup.rest
-    if "A" in chosen or not set(chosen) & set("GO") or rest is None or not recording.inertial:
-        return gather(recording, body, kinds=chosen, root=root, rate_hz=options.rate_hz)
+    data = gather(recording, body, kinds=chosen, root=root, rate_hz=options.rate_hz)
+    boards = np.isfinite(data.gyroscope).any() or np.isfinite(data.orientation).any()
+    if "A" in chosen or not boards or rest is None:
+        return data
     data = gather(recording, body, kinds=chosen + "A", root=root, rate_hz=options.rate_hz)
     time = np.asarray(data.time)
     held = (time >= rest.start) & (time <= rest.end)

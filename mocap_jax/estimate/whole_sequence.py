@@ -116,21 +116,22 @@ def _initial(
 ) -> Solution:  # fmt: skip
     """The initial guess that the options name; `meanwhile` queues work for the background."""
     if options.initial == "orientation":
-        meanwhile()
-        return _orientation_pass(recording, body, options, progress=progress)
+        return _orientation_pass(recording, body, options, progress=progress, meanwhile=meanwhile)
     return first_guess(recording, body, options, progress=progress, meanwhile=meanwhile)
 
 
 def _orientation_pass(
-    recording: Recording, body: Body, options: OptimiseOptions, *, progress: bool
-) -> Solution:
-    """Whole-sequence solve with orientations and rates alone, from the rest pose."""
+    recording: Recording, body: Body, options: OptimiseOptions, *, progress: bool,
+    meanwhile: Callable[[], object],
+) -> Solution:  # fmt: skip
+    """Whole-sequence solve with orientations, rates and gravity at rest, from the rest pose."""
     kinds = "".join(k for k in "GO" if k in options.kinds)
     if not kinds:
         raise InputError(
             f"initial='orientation' needs rates or orientations, but kinds are '{options.kinds}'; "
             "valid: ekf, ekf_smoothed"
         )
+    meanwhile()
     still = at_rest(recording, body, use_root=uses_root(recording, options.root))
     first = dataclasses.replace(
         options, kinds=kinds, covariance=False, user_residuals=(),

@@ -62,7 +62,7 @@ def correct(
     L = jnp.linalg.cholesky(S, symmetrize_input=False)
     y, G = _whiten(L, residual), _whiten(L, W.T)
     delta = y @ G
-    # Symmetric as it stands. Joseph's form makes the whole filter half as slow again, and differs
+    # Symmetric to rounding. Joseph's form makes the whole filter half as slow again, and differs
     # from it by 1e-11 in double precision.
     P_new = P - G.T @ G
     accepted = jnp.isfinite(P_new).all() & jnp.isfinite(delta).all()

@@ -1,6 +1,6 @@
 """Levenberg-Marquardt and Gauss-Newton on a manifold, for block-banded problems with a border.
 
-Knows no bodies: a problem is anything with `cost`, `linearise`, `move` and `unknowns`. Damping is
+Knows no bodies: a problem is anything that fulfils `Problem`. Damping is
 of jitter (`damping.py`) and follows the gain ratio (Nielsen 1999; Madsen, Nielsen, Tingleff 2004,
 algorithm 3.16).
 """
@@ -75,7 +75,7 @@ class Problem(Protocol):
 
     @property
     def least_damping(self) -> float:
-        """Damping of second differences that hardly slows convergence."""
+        """Damping of second differences that hardly slows convergence [1/rad^2, 1/m^2]."""
         ...
 
     def model(
@@ -155,7 +155,8 @@ def minimise(
         if not costs:
             costs.append(equations.cost)
             if not smooth_in_time(*_shape(equations)):
-                least = 0.0  # all of the step would be damped
+                # All of the step is damped: small steps say nothing until that has gone.
+                raised, least = raised or least > 0, 0.0
         if not np.isfinite(equations.cost):
             return result(Outcome.DIVERGED)
         try:

@@ -41,7 +41,7 @@ class Levels:
     rest: float
 
     def with_full_share(self) -> Levels:
-        """The same with all model errors of inertial sensors."""
+        """Levels with all model errors of inertial sensors."""
         full = {kind: (1.0,) * len(self.share[kind]) for kind in _INERTIAL}
         return dataclasses.replace(self, share=self.share | full)
 
@@ -95,7 +95,7 @@ def prior_information(levels: Levels, built: Built, repeats: float, *, last: boo
 
 
 def prior_from(levels: Levels, layout: Layout, counts: np.ndarray) -> np.ndarray:
-    """The same from how often each prior counts (m,)."""
+    """Inverse variances (m,) from deviations and how often each prior counts."""
     sigma = np.empty(CONSTANTS_PER_SENSOR * len(layout.sites) + layout.geometry)
     for name, at in constant_cells(layout).items():
         sigma[at] = getattr(levels, name)

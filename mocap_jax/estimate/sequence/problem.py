@@ -99,10 +99,10 @@ class SequenceProblem:
     def bends(self) -> np.ndarray:
         """Degrees of freedom that move the root, a sensor or a part of a distance (nv,)."""
         topology, layout = self.layout.topology, self.layout
-        sites = np.array([*layout.sites, *layout.range_sites], int)
-        moved = np.asarray(topology.site_body, int)[sites]
         if layout.user:
             return np.ones(topology.nv, bool)
+        sites = np.array([*layout.sites, *layout.range_sites], int)
+        moved = np.asarray(topology.site_body, int)[sites]
         return np.asarray(topology.body_dofs[[layout.root_body, *moved]].any(axis=0))
 
     @property
@@ -112,7 +112,8 @@ class SequenceProblem:
         Jitter that they do not see to first order (joints of the spine against each other) they
         see to second: undamped, it would grow until its square throws steps back.
         """
-        typical = lambda x: float(np.median(x[x > 0])) if (x > 0).any() else 0.0  # noqa: E731
+        # Half of all frames or more: a rest hold's accelerations hold nothing while they move.
+        typical = lambda x: float(np.median(np.median(x, axis=0))) if x.size else 0.0  # noqa: E731
         rate, force = (
             typical(np.asarray(x)) / self.step**order
             for x, order in (
