@@ -19,12 +19,13 @@ def gather_with_rest(
 
     Rates alone leave the first pose to the declared one. As for the filter, whose rest pose and
     mounting always come from gravity in the hold (Vlasic 2007, section 5.4), the accelerometers
-    count there even where they are not among the kinds of boards that are used.
+    count there even where they are not among the kinds chosen.
     """
     chosen, rest = options.kinds, recording.setup.rest
     data = gather(recording, body, kinds=chosen, root=root, rate_hz=options.rate_hz)
-    boards = np.isfinite(data.gyroscope).any() or np.isfinite(data.orientation).any()
-    if "A" in chosen or not boards or rest is None:
+    parts = data.gyroscope, data.orientation, data.range_distance
+    known = any(np.isfinite(np.asarray(part)).any() for part in parts)
+    if "A" in chosen or rest is None or not recording.inertial or not known:
         return data
     data = gather(recording, body, kinds=chosen + "A", root=root, rate_hz=options.rate_hz)
     time = np.asarray(data.time)

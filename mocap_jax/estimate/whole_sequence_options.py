@@ -125,8 +125,8 @@ class OptimiseOptions:
     """Options of `optimise`."""
 
     kinds: str = "AGDO"
-    """Measurements used: A accelerometer, G gyroscope, D distance, O orientation. Where boards' G
-    or O is used, their accelerometers count in a declared rest hold anyway: they tell tilt."""
+    """Measurements used: A accelerometer, G gyroscope, D distance, O orientation. In a declared
+    rest hold the accelerometers count in any case: they tell tilt."""
     root: Literal["auto", "given", "free"] = "auto"
     """Use the externally measured root pose; "auto" does when the recording has it."""
     rate_hz: float | None = None
