@@ -65,8 +65,8 @@ def _estimates(group: Group, recording: Any) -> Iterator[tuple[Cell, Callable[[]
         yield cell, lambda cell=cell: make(cell)
 
 
-def estimate(recording: Any, method: str, kinds: str, initial: Any = None) -> Any:
-    """Estimate by one of `METHODS`, with the recorded root pose."""
+def estimate(recording: Any, method: str, kinds: str, initial: Any = None, **settings: Any) -> Any:
+    """Estimate by one of `METHODS`, with the recorded root pose; `settings` are the filter's."""
     import mocap_jax as mj
 
     if method == "optimise":
@@ -78,7 +78,7 @@ def estimate(recording: Any, method: str, kinds: str, initial: Any = None) -> An
     return mj.ekf(
         recording,
         options=mj.EkfOptions(
-            kinds=kinds, root="given", process=process, smooth=method == "smoothed"
+            kinds=kinds, root="given", process=process, smooth=method == "smoothed", **settings
         ),
     )
 
