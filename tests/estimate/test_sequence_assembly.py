@@ -238,3 +238,24 @@ def test_gate_sees_only_what_is_in_front() -> None:
     assert gate.shape == (T, K)
     assert set(np.unique(gate)) <= {0.0, 1.0}
     assert range_terms.gate is not None and inertial_terms.residuals is not None
+
+
+def test_least_damping_grows_with_the_boards_information_and_ignores_short_holds():
+    problem, _ = make(2)
+    plain = problem.least_damping
+    force = np.asarray(problem._terms.force_information)
+    problem.replace_terms(force_information=1e9 * force[: problem.frames])
+    assert problem.least_damping > 1e3 * plain
+    held = np.zeros_like(force[: problem.frames])
+    held[: problem.frames // 4] = 1e9
+    problem.replace_terms(force_information=held)
+    assert problem.least_damping <= plain
+
+
+def test_jitter_of_joints_that_move_no_sensor_is_not_damped():
+    problem, _ = make(2)
+    layout = problem.layout
+    sites = np.array(layout.topology.site_body)[[*layout.sites, *layout.range_sites]]
+    free = np.flatnonzero(~problem.bends)
+    assert not layout.topology.body_dofs[np.ix_(sites, free)].any()
+    assert layout.topology.body_dofs[sites].any(axis=0)[problem.bends].any()

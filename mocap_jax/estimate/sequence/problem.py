@@ -112,10 +112,11 @@ class SequenceProblem:
         Jitter that they do not see to first order (joints of the spine against each other) they
         see to second: undamped, it would grow until its square throws steps back.
         """
+        halo = self.layout.halo
         # Half of all frames or more: a rest hold's accelerations hold nothing while they move.
         typical = lambda x: float(np.median(np.median(x, axis=0))) if x.size else 0.0  # noqa: E731
         rate, force = (
-            typical(np.asarray(x)) / self.step**order
+            typical(np.asarray(x)[halo : halo + self.frames]) / self.step**order
             for x, order in (
                 (self._terms.rate_information, 2), (self._terms.force_information, 4)
             )
