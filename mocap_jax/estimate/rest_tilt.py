@@ -22,13 +22,12 @@ def gather_with_rest(
     count there even where they are not among the kinds chosen.
     """
     chosen, rest = options.kinds, recording.setup.rest
-    data = gather(recording, body, kinds=chosen, root=root, rate_hz=options.rate_hz)
+    if not chosen or not set(chosen) <= set("GDO") or rest is None:
+        return gather(recording, body, kinds=chosen, root=root, rate_hz=options.rate_hz)
+    data = gather(recording, body, kinds=chosen + "A", root=root, rate_hz=options.rate_hz)
     parts = data.gyroscope, data.orientation, data.range_distance
     known = any(np.isfinite(np.asarray(part)).any() for part in parts)
-    if "A" in chosen or rest is None or not recording.inertial or not known:
-        return data
-    data = gather(recording, body, kinds=chosen + "A", root=root, rate_hz=options.rate_hz)
     time = np.asarray(data.time)
-    held = (time >= rest.start) & (time <= rest.end)
+    held = (time >= rest.start) & (time <= rest.end) & known  # alone they are no measurement
     force = np.where(held[:, None, None], np.asarray(data.accelerometer), np.nan)
     return dataclasses.replace(data, accelerometer=force)

@@ -8,6 +8,7 @@ prior, unless sensors measured their whole orientation.
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from functools import partial
 
@@ -87,25 +88,20 @@ def rest_pose(
     Raises:
         InputError: a sensor has no site, or the declared pose does not fit the body.
     """
-    site_of = {s.name: s.site for s in recording.setup.sensors}
-    sensors = tuple(recording.inertial)
-    sites = tuple(body.site_index(site_of.get(name, name)) for name in sensors)
-    still = find_still(recording, options)
+    start = declared_rest(recording, body, options)
+    still, sites = start.still, start.sites
     readings = rest_readings(recording, still, use_root)
     noise = recording.setup.noise
-    problem = _Problem(body, sites, readings, noise, options, still)
-    solved = problem.solve(declared_pose(recording.setup.rest, body))
-    gyro = readings.rate if still.still and options.gyroscope_bias else np.zeros((len(sites), 3))
+    solved = _Problem(body, sites, readings, noise, options, still).solve(start.q)
+    gyro = readings.rate if still.still and options.gyroscope_bias else start.gyroscope_bias
     measured = np.isfinite(gyro) & still.still & options.gyroscope_bias
     gyro_std = noise.gyroscope / np.sqrt(readings.count)[:, None]
-    return RestEstimate(
+    return dataclasses.replace(
+        start,
         **solved,  # type: ignore[arg-type]
         gyroscope_bias=np.where(measured, gyro, 0.0),
-        gyroscope_bias_std=np.where(measured, gyro_std, options.gyroscope_bias_sigma),
-        sensors=sensors,
-        still=still,
+        gyroscope_bias_std=np.where(measured, gyro_std, start.gyroscope_bias_std),
         remarks=_remarks(still),
-        sites=sites,
     )
 
 

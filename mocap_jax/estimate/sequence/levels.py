@@ -21,7 +21,6 @@ INFORMATION = {
 }
 SENSOR_KINDS = ("gyroscope_bias", "accelerometer_bias", "mounting", "offset")
 GEOMETRY_KINDS = ("length", "source", "sound", "range_offset")
-_CONSTANT_KINDS = (*SENSOR_KINDS, *GEOMETRY_KINDS)
 
 
 @dataclass(frozen=True)

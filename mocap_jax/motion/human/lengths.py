@@ -11,7 +11,7 @@ and the height of the ankle over the sole stay.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import jax.numpy as jnp
 import mujoco
@@ -20,7 +20,7 @@ from jax import Array
 from jax.core import Tracer
 from jaxtyping import Float
 
-from mocap_jax.body import Body
+from mocap_jax.body import Body, Topology
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.motion.human.proportions import LONG_AXIS, NEXT, SIDED, SIDES, side_of
 from mocap_jax.motion.human.stretched_mjcf import stretched_mjcf
@@ -83,43 +83,34 @@ def with_segment_lengths(
     if len(by_segment) < sum(len(both_sides(name)) for name in names):
         raise InputError(f"a segment has more than one length in {', '.join(names)}")
     topology = body.topology
-    factors: list[Array] = [jnp.ones(3)] * topology.nbody
+    factors: list[Array | np.ndarray] = [np.ones(3)] * topology.nbody
     for segment, length in by_segment.items():
         part = side_of(segment)[1]
         if not traced:
             _check_length(segment, ends[segment], float(length))
         factors[topology.body_index(segment)] = stretch(part, ends[segment], length)
-    factor = jnp.stack(factors)
-    body_pos = body.body_pos * factor[jnp.array(topology.body_parent)]
-    lift = _hip_height(body, body_pos) - _hip_height(body, body.body_pos)
+    factor = (jnp if traced else np).stack(factors)
+    body_pos = body.body_pos * factor[np.array(topology.body_parent)]
+    lift = _hip_height(topology, body_pos) - _hip_height(topology, body.body_pos)
     root = topology.body_index("Pelvis")
-    site_pos = body.site_pos * factor[jnp.array(topology.site_body, int)]
+    site_pos = body.site_pos * factor[np.array(topology.site_body, int)]
     changed = body.replace(
         body_pos=body_pos.at[root, 2].add(lift),
         qpos0=body.qpos0.at[2].add(lift),
         site_pos=site_pos,
     )
-    xml = "" if traced else _mjcf(body, ends, by_segment)
+    xml = "" if traced else _mjcf(body, factor, by_segment)
     return dataclasses.replace(changed, xml=xml)
 
 
-def _mjcf(
-    body: Body, ends: Mapping[str, Float[np.ndarray, "3"]], lengths: Mapping[str, float]
-) -> str:
-    """MJCF of the body with other lengths, in plain numbers."""
-    factors = {s: _factor(side_of(s)[1], ends[s], float(x)) for s, x in lengths.items()}
+def _mjcf(body: Body, factor: Float[np.ndarray, "nbody 3"], segments: Iterable[str]) -> str:
+    """MJCF of the body with segments stretched, in plain numbers."""
+    topology = body.topology
     # By the MJCF's own numbers: arrays of the body may be traced.
-    model, index = body.mujoco_model(), body.topology.body_index
-    place = np.array(model.body_pos)
-    for segment, factor in factors.items():
-        for child, parent in enumerate(body.topology.body_parent):
-            if parent == index(segment):
-                place[child] *= factor
-    legs = [
-        [sum(p[index(side + part), 2] for part in ("LowerLeg", "Foot")) for side in SIDES]
-        for p in (place, model.body_pos)
-    ]
-    return stretched_mjcf(body.xml, factors, lift=min(legs[1]) - min(legs[0]))
+    place = body.mujoco_model().body_pos
+    moved = place * factor[np.array(topology.body_parent)]
+    lift = float(_hip_height(topology, moved) - _hip_height(topology, place))
+    return stretched_mjcf(body.xml, {s: factor[topology.body_index(s)] for s in segments}, lift)
 
 
 def _check_length(segment: str, end: Float[np.ndarray, "3"], length: float) -> None:
@@ -130,28 +121,24 @@ def _check_length(segment: str, end: Float[np.ndarray, "3"], length: float) -> N
         )
 
 
-def _factor(part: str, end: Float[np.ndarray, "3"], length: float) -> Float[np.ndarray, "3"]:
-    """`stretch` in plain numbers, also within a transformation."""
+def stretch(part: str, end: Float[np.ndarray, "3"], length: Array | float) -> Array | np.ndarray:
+    """Factors (3) along X, Y and Z that give a segment its length; only one is not 1.
+
+    Of a plain length plain numbers, also within a transformation of something else.
+    """
+    xp = jnp if isinstance(length, Tracer) else np
     axis = LONG_AXIS[part]
     across = float(np.delete(end, axis) @ np.delete(end, axis))
-    factor = np.ones(3)
-    factor[axis] = np.sqrt(length**2 - across) / abs(float(end[axis]))
-    return factor
+    factor = xp.sqrt(length**2 - across) / abs(float(end[axis]))
+    return xp.where(np.arange(3) == axis, factor, 1.0)
 
 
-def stretch(part: str, end: Float[np.ndarray, "3"], length: Array | float) -> Array:
-    """Factors (3) along X, Y and Z that give a segment its length; only one is not 1."""
-    axis = LONG_AXIS[part]
-    across = float(np.delete(end, axis) @ np.delete(end, axis))
-    factor = jnp.sqrt(jnp.asarray(length) ** 2 - across) / abs(float(end[axis]))
-    return jnp.ones(3).at[axis].set(factor)
-
-
-def _hip_height(body: Body, body_pos: Array) -> Array:
+def _hip_height(topology: Topology, body_pos: Array | np.ndarray) -> Array | np.ndarray:
     """Height of the hips over the ankle of the longer leg, in the zero pose."""
-    index = body.topology.body_index
+    xp = np if isinstance(body_pos, np.ndarray) else jnp
+    index = topology.body_index
     legs = [sum(body_pos[index(side + p), 2] for p in ("LowerLeg", "Foot")) for side in SIDES]
-    return -jnp.minimum(*legs)
+    return -xp.minimum(*legs)
 
 
 def both_sides(name: str) -> tuple[str, ...]:
