@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
 HUMAN, LIKE_CLIP = "human", "human-like-clip"
 _OPTIONS = ("height", "mass", "sex", "length")
-_SEXES = ("female", "male")
 
 
 def add_body_arguments(parser: argparse.ArgumentParser) -> None:
@@ -47,8 +46,8 @@ def chosen_body(arguments: argparse.Namespace, motion: Motion | None = None) -> 
         InputError: a wrong file.
     """
     given = [o for o in _OPTIONS if getattr(arguments, o) is not None]
-    if arguments.sex is not None and arguments.sex not in _SEXES:
-        raise unknown_choice("--sex", "sex", arguments.sex, _SEXES)
+    if arguments.sex is not None:
+        _check_sex(arguments.sex)
     if arguments.body == LIKE_CLIP:
         return _like_clip(arguments, motion, given)
     # A built-in motion is the human's own anyway.
@@ -61,6 +60,13 @@ def chosen_body(arguments: argparse.Namespace, motion: Motion | None = None) -> 
     from mocap_jax.body import load_body
 
     return load_body(arguments.body, free_root=True)
+
+
+def _check_sex(sex: str) -> None:
+    from mocap_jax.motion.human import SEXES
+
+    if sex not in SEXES:
+        raise unknown_choice("--sex", "sex", sex, SEXES)
 
 
 def _human(arguments: argparse.Namespace) -> Body:

@@ -16,6 +16,7 @@ def _new_worker() -> ThreadPoolExecutor:
 
 
 _workers = [_new_worker()]
+_seen: set[object] = set()
 
 
 def _after_fork() -> None:
@@ -27,17 +28,20 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_after_fork)
 
 
-def compile_later(job: Callable[[], object]) -> Future[None]:
-    """Queue a job that compiles something.
+def compile_once(key: object, *jobs: Callable[[], object]) -> list[Future[None]]:
+    """Queue jobs that compile programs, one after the other; none if the key was seen before.
 
-    Whatever fails in it fails again, and is reported, where its result is wanted.
+    Whatever fails in a job fails again, and is reported, where its result is wanted.
     """
 
-    def run() -> None:
+    def run(job: Callable[[], object]) -> None:
         with contextlib.suppress(Exception):
             job()
 
-    return _workers[0].submit(run)
+    if key in _seen:
+        return []
+    _seen.add(key)
+    return [_workers[0].submit(run, job) for job in jobs]
 
 
 def wait_for(jobs: Sequence[Future[None]]) -> None:

@@ -8,14 +8,12 @@ from typing import Any
 import jax
 
 from mocap_jax.body import Body
-from mocap_jax.estimate.background import compile_later
+from mocap_jax.estimate.background import compile_once
 from mocap_jax.estimate.filter_chunk import filter_chunk, smooth_chunk
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.filter_run import prepare
 from mocap_jax.initialise import declared_rest
 from mocap_jax.recording import Recording
-
-_compiled: set[object] = set()
 
 
 def compile_filter(
@@ -26,9 +24,6 @@ def compile_filter(
     Nothing is queued for what looks like an earlier call.
     """
     key = body.topology, options, use_root, tuple(recording.inertial), recording.ranges is None
-    if key in _compiled:
-        return []
-    _compiled.add(key)
     shapes: list[Any] = []
 
     def filtering() -> None:
@@ -45,7 +40,7 @@ def compile_filter(
             run.chunks[0].valid, last, jax.numpy.asarray(False), options.covariance,
         ).compile()  # fmt: skip
 
-    return [compile_later(job) for job in (filtering, smoothing)[: 1 + options.smooth]]
+    return compile_once(key, *(filtering, smoothing)[: 1 + options.smooth])
 
 
 def _results(tree: Any) -> Any:

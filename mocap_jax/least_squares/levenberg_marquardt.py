@@ -1,8 +1,7 @@
 """Levenberg-Marquardt and Gauss-Newton on a manifold, for block-banded problems with a border.
 
-Knows no bodies: a problem is anything that fulfils `Problem`. Damping is
-of jitter (`damping.py`) and follows the gain ratio (Nielsen 1999; Madsen, Nielsen, Tingleff 2004,
-algorithm 3.16).
+Knows no bodies: a problem is anything that fulfils `Problem`. Damping is of jitter (`damping.py`)
+and follows the gain ratio (Nielsen 1999; Madsen, Nielsen, Tingleff 2004, algorithm 3.16).
 """
 
 from __future__ import annotations
@@ -141,30 +140,28 @@ def minimise(
         options: settings.
         progress: called after each iteration with its number and cost.
     """
-    given = options.initial_damping
-    least = problem.least_damping if given is None else 0.0
-    damping, growth, raised = least if given is None else given, _GROWTH, False
+    schedule = _Schedule(options, problem.least_damping)
     costs: list[float] = []
 
     def result(outcome: Outcome, message: str = "") -> Result:
         return Result(state, outcome, tuple(costs), message)
 
     for iteration in range(options.max_iterations):
+        damping = schedule.damping
         factoring = _Factoring(damping, problem.bends)
         equations = problem.linearise(state, None if problem.refines else factoring.follow)
         if not costs:
             costs.append(equations.cost)
             if not smooth_in_time(*_shape(equations)):
-                # All of the step is damped: small steps say nothing until that has gone.
-                raised, least = raised or least > 0, 0.0
+                schedule.forget_least()
         if not np.isfinite(equations.cost):
             return result(Outcome.DIVERGED)
         try:
             step, constants = _solve(problem, state, equations, damping, factoring)
         except SolveError as error:
-            if options.gauss_newton or damping * growth > options.max_damping:
+            if schedule.exhausted:
                 return result(Outcome.SINGULAR, str(error))
-            damping, growth, raised = max(damping * growth, 1e-6), growth * _GROWTH, True
+            schedule.tighten()
             del equations, factoring
             continue
         decrease = _predicted_decrease(equations, step, constants, damping, problem.bends)
@@ -178,19 +175,53 @@ def minimise(
         if accepted:
             state = candidate
             costs.append(cost)
-            damping = max(damping * max(1 / 10, 1 - (2 * gain - 1) ** 3), least)
-            growth = _GROWTH
         # A step that is small because rejections have raised its damping says nothing.
-        converged, raised = small and not raised, not accepted
+        converged = small and not schedule.raised
         if progress is not None:
             progress(iteration, costs[-1])
         if converged:
             return result(Outcome.CONVERGED)
-        if not accepted:
-            if damping * growth > options.max_damping or options.gauss_newton:
-                return result(Outcome.STALLED)
-            damping, growth = max(damping * growth, 1e-6), growth * _GROWTH
+        if accepted:
+            schedule.loosen(gain)
+        elif schedule.exhausted:
+            return result(Outcome.STALLED)
+        else:
+            schedule.tighten()
     return result(Outcome.MAX_ITERATIONS)
+
+
+class _Schedule:
+    """The damping from step to step (Nielsen 1999)."""
+
+    def __init__(self, options: SolverOptions, least: float) -> None:
+        given = options.initial_damping
+        self._options, self._growth = options, _GROWTH
+        self._least = least if given is None else 0.0
+        self.damping = least if given is None else given
+        self.raised = False
+        """Whether the last step was refused, or all of the step is damped for now."""
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether more damping than this is not tried."""
+        too_much = self.damping * self._growth > self._options.max_damping
+        return self._options.gauss_newton or too_much
+
+    def forget_least(self) -> None:
+        """Where all of the step is damped: small steps say nothing until that has gone."""
+        self.raised, self._least = self._least > 0, 0.0
+
+    def tighten(self) -> None:
+        """After a step that was refused."""
+        self.damping = max(self.damping * self._growth, 1e-6)
+        self._growth *= _GROWTH
+        self.raised = True
+
+    def loosen(self, gain: float) -> None:
+        """After a step that brought this share of the predicted decrease."""
+        self.damping = max(self.damping * max(1 / 10, 1 - (2 * gain - 1) ** 3), self._least)
+        self._growth = _GROWTH
+        self.raised = False
 
 
 class _Factoring:

@@ -10,7 +10,7 @@ import numpy as np
 from test_sequence_assembly import make
 
 import mocap_jax as mj
-from mocap_jax.estimate import filter_compile
+from mocap_jax.estimate import background
 from mocap_jax.estimate.background import wait_for
 from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.estimate.sequence.compile_ahead import compile_ahead
@@ -51,7 +51,7 @@ def test_waiting_counts_as_compilation_once() -> None:
 
 def test_the_filters_programs_are_those_that_its_loops_call(monkeypatch) -> None:
     """Compiled from declared poses in the background, they fit what the rest hold gives."""
-    monkeypatch.setattr(filter_compile, "_compiled", set())
+    monkeypatch.setattr(background, "_seen", set())
     recording = mj.read_recording(DEMO)
     options = mj.EkfOptions(smooth=True, covariance=False, chunk=37)
     compiled: list[tuple[str, str]] = []

@@ -7,20 +7,15 @@ from concurrent.futures import Future
 import jax
 import numpy as np
 
-from mocap_jax.estimate.background import compile_later
+from mocap_jax.estimate.background import compile_once
 from mocap_jax.estimate.sequence.assemble import assemble_chunk, chunk_border, evaluate_chunk
 from mocap_jax.estimate.sequence.layout import Constants, Geometry
 from mocap_jax.estimate.sequence.problem import SequenceProblem
 
-_compiled: set[object] = set()
-
 
 def compile_ahead(problem: SequenceProblem) -> list[Future[None]]:
     """Queue running the traced functions once on the first chunk."""
-    if problem.program in _compiled:
-        return []
-    _compiled.add(problem.program)
-    return [compile_later(lambda: _run(problem))]
+    return compile_once(problem.program, lambda: _run(problem))
 
 
 def _run(problem: SequenceProblem) -> None:

@@ -29,6 +29,7 @@ from mocap_jax.estimate.sequence.assemble import (
     pad_frames,
 )
 from mocap_jax.estimate.sequence.border import Border
+from mocap_jax.estimate.sequence.jitter import bending, least_damping
 from mocap_jax.estimate.sequence.layout import (
     CONSTANTS_PER_SENSOR,
     Constants,
@@ -38,14 +39,6 @@ from mocap_jax.estimate.sequence.layout import (
 )
 from mocap_jax.estimate.sequence.model_gradient import model_gradient, moved_constants
 from mocap_jax.least_squares import Follow, NormalEquations
-
-# Least damping of jitter, relative to what the boards' readings hold it with: from a third of it to
-# three times as much, solves take the same number of steps.
-_DAMPED_SHARE = 3e-5
-# Distance of boards from the joints that turn them [m].
-_LEVER = 0.3
-# For problems without boards [1/rad^2].
-_LEAST_DAMPING = 1e3
 
 
 @dataclass(frozen=True)
@@ -97,31 +90,15 @@ class SequenceProblem:
 
     @property
     def bends(self) -> np.ndarray:
-        """Degrees of freedom that move the root, a sensor or a part of a distance (nv,)."""
-        topology, layout = self.layout.topology, self.layout
-        if layout.user:
-            return np.ones(topology.nv, bool)
-        sites = np.array([*layout.sites, *layout.range_sites], int)
-        moved = np.asarray(topology.site_body, int)[sites]
-        return np.asarray(topology.body_dofs[[layout.root_body, *moved]].any(axis=0))
+        """Degrees of freedom whose jitter is damped (nv,)."""
+        return bending(self.layout)
 
     @property
     def least_damping(self) -> float:
-        """A share of how firmly boards hold second differences of joint angles [1/rad^2].
-
-        Jitter that they do not see to first order (joints of the spine against each other) they
-        see to second: undamped, it would grow until its square throws steps back.
-        """
-        halo = self.layout.halo
-        # Half of all frames or more: a rest hold's accelerations hold nothing while they move.
-        typical = lambda x: float(np.median(np.median(x, axis=0))) if x.size else 0.0  # noqa: E731
-        rate, force = (
-            typical(np.asarray(x)[halo : halo + self.frames]) / self.step**order
-            for x, order in (
-                (self._terms.rate_information, 2), (self._terms.force_information, 4)
-            )
-        )  # fmt: skip
-        return max(_DAMPED_SHARE * (rate + _LEVER**2 * force), _LEAST_DAMPING)
+        """A share of how firmly boards hold second differences of joint angles [1/rad^2]."""
+        frames = slice(self.layout.halo, self.layout.halo + self.frames)
+        rate, force = self._terms.rate_information, self._terms.force_information
+        return least_damping(rate[frames], force[frames], self.step)
 
     @property
     def step(self) -> float:
