@@ -6,6 +6,7 @@ import dataclasses
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
+from dataclasses import dataclass
 
 import numpy as np
 from tqdm import tqdm
@@ -84,6 +85,35 @@ def optimise(
     Raises:
         InputError: no body, unknown sensors, or `root="given"` without a measured root.
     """
+    return solve_sequence(
+        recording, body, initial=initial, options=options, user_data=user_data,
+        progress=progress, throw=throw,
+    )[0]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A problem as it was solved: what an estimate is differentiated with."""
+
+    problem: SequenceProblem
+    state: State
+    built: Built
+    data: FrameData
+    levels: Levels
+    options: OptimiseOptions
+
+
+def solve_sequence(
+    recording: Recording,
+    body: Body | None = None,
+    *,
+    initial: Solution | None = None,
+    options: OptimiseOptions = OptimiseOptions(),  # noqa: B008  (frozen)
+    user_data: tuple = (),
+    progress: bool = False,
+    throw: bool = False,
+) -> tuple[Solution, Solved]:
+    """`optimise`, with the problem behind its solution."""
     clock, begin = CompileClock(), time.perf_counter()
     with clock:
         body = body_of(recording, body)
@@ -100,14 +130,14 @@ def optimise(
             wait_for(programs)
         constants = constants_from(initial, data.sensors, built.layout)
         state = State(on_grid(initial, body, data.time), constants)
-        solution = run.solve(state, recording, root_given=root_given, progress=progress)
+        solution, state = run.solve(state, recording, root_given=root_given, progress=progress)
     seconds = time.perf_counter() - begin
     solution = dataclasses.replace(
         solution, seconds_solve=seconds - clock.seconds, seconds_compile=clock.seconds
     )
     if throw and not solution.status.ok:
         raise SolveError(solution.status.value)
-    return solution
+    return solution, Solved(run.problem, state, built, data, run.levels, options)
 
 
 def _initial(
@@ -170,7 +200,7 @@ class _Run:
 
     def solve(
         self, state: State, recording: Recording, *, root_given: bool, progress: bool
-    ) -> Solution:
+    ) -> tuple[Solution, State]:
         generator = np.random.default_rng(0)
         rounds = self.options.noise.rounds if self._adapts() else 1
         result = Result(state, Outcome.MAX_ITERATIONS, ())
@@ -185,7 +215,8 @@ class _Run:
                 number += 1
                 last = number == rounds - 1 or (number > 1 and self._settled(levels))
                 self.levels = levels
-        return self._solution(result, changed, recording, root_given=root_given)
+        solution = self._solution(result, changed, recording, root_given=root_given)
+        return solution, result.state
 
     def _settled(self, levels: Levels) -> bool:
         """Whether another solve would not change the model errors, or none are left."""

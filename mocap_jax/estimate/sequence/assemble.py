@@ -165,7 +165,11 @@ def chunk_border(
 def cut(tree: Terms, layout: Layout, index: int) -> Terms:
     """Chunk `index` with its halo, from arrays padded by the halo in front."""
     first = index * layout.chunk
-    last = first + layout.chunk + 2 * layout.halo
+    return cut_frames(tree, first, first + layout.chunk + 2 * layout.halo)
+
+
+def cut_frames(tree: Terms, first: int, last: int) -> Terms:
+    """Rows `first` to `last` of all arrays."""
     sliced = jax.tree.map(lambda x: x[first:last], (tree.user_data, tree.user_mask))
     fields = {}
     for name in tree.__dataclass_fields__:

@@ -31,7 +31,7 @@ from mocap_jax.estimate.sequence.layout import (
     Weights,
 )
 from mocap_jax.estimate.sequence.window import Window, kinematics
-from mocap_jax.residuals.robust import weight
+from mocap_jax.residuals.robust import loss, weight
 
 
 class Part(NamedTuple):
@@ -44,6 +44,12 @@ class Part(NamedTuple):
     loss: str = "none"
     scale: Float[Array, ""] | float = 1.0
     mu: Float[Array, ""] | float = 1.0
+
+    @property
+    def cost(self) -> Array:
+        """Half the sum of the losses."""
+        squared = (self.information * self.residual**2).sum(axis=-1)
+        return 0.5 * loss(self.loss, squared, self.scale, self.mu).sum()
 
     @property
     def root(self) -> Array:

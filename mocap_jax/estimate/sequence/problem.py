@@ -25,6 +25,7 @@ from mocap_jax.estimate.sequence.assemble import (
     assemble_chunk,
     chunk_border,
     cut,
+    cut_frames,
     evaluate_chunk,
     pad_frames,
 )
@@ -99,6 +100,12 @@ class SequenceProblem:
         frames = slice(self.layout.halo, self.layout.halo + self.frames)
         rate, force = self._terms.rate_information, self._terms.force_information
         return least_damping(rate[frames], force[frames], self.step)
+
+    @property
+    def terms(self) -> Terms:
+        """Measurements and information of all frames."""
+        last = self.layout.halo + self.frames
+        return cut_frames(self._terms, self.layout.halo, last)
 
     @property
     def step(self) -> float:

@@ -1,0 +1,85 @@
+"""Derivatives of the filter against differences of runs."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from mocap_jax.errors import InputError
+from mocap_jax.estimate import EkfOptions, ekf
+from mocap_jax.estimate.derivatives import (
+    DifferentiableFilter,
+    FilterParameters,
+    differentiable_ekf,
+)
+from mocap_jax.recording import Recording
+from tests.estimate.synthetic import record
+
+OPTIONS = EkfOptions(chunk=32)
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    recording = record(seconds=2.5)
+    board = recording.inertial["forearm"]
+    rate = np.array(board.gyroscope)
+    rate[200:205] = np.nan
+    holed = dataclasses.replace(board, gyroscope=rate)
+    return dataclasses.replace(recording, inertial=recording.inertial | {"forearm": holed})
+
+
+@pytest.fixture(scope="module")
+def filtered(recording: Recording) -> DifferentiableFilter:
+    return differentiable_ekf(recording, options=OPTIONS)
+
+
+def test_it_is_the_filter(recording: Recording, filtered: DifferentiableFilter) -> None:
+    plain = ekf(recording, options=OPTIONS)
+    found = filtered(filtered.parameters)
+    np.testing.assert_allclose(found.q, plain.trajectory.q, atol=1e-10)
+    np.testing.assert_allclose(found.covariance, plain.covariance, rtol=1e-7, atol=1e-12)
+
+
+@pytest.mark.slow
+def test_gradients_are_those_of_differences(filtered: DifferentiableFilter) -> None:
+    base = filtered.parameters
+    weights = np.random.default_rng(0).normal(size=filtered(base).q.shape)
+
+    def value(p: FilterParameters) -> jax.Array:
+        found = filtered(p)
+        return (weights * found.q).sum() + 1e-3 * found.log_likelihood
+
+    value = jax.jit(value)
+    gradient = jax.grad(value)(base)
+    slopes = {jax.tree_util.keystr(k): x for k, x in jax.tree.leaves_with_path(gradient)}
+    rng, checked = np.random.default_rng(1), 0
+    for path, start in jax.tree.leaves_with_path(base):
+        name = jax.tree_util.keystr(path)
+        known = np.isfinite(start)
+        # The covariance must stay symmetric; quantities of the rest hold's process must agree.
+        if not known.any() or "covariance" in name or "dynamics" in name or "range" in name:
+            continue
+        direction = np.where(known, rng.normal(size=np.shape(start)), 0.0)
+        direction *= np.abs(np.where(known, start, 0.0)).max() or 1.0
+
+        def at(h: float, name: str = name, direction: np.ndarray = direction) -> float:
+            moved = jax.tree_util.tree_map_with_path(
+                lambda k, x: x + h * direction if jax.tree_util.keystr(k) == name else x, base
+            )
+            return float(value(moved))
+
+        h = 1e-5
+        expected = (at(-2 * h) - 8 * at(-h) + 8 * at(h) - at(2 * h)) / (12 * h)
+        got = float(jnp.where(known, slopes[name] * direction, 0.0).sum())
+        assert got == pytest.approx(expected, rel=1e-4, abs=1e-6), name
+        checked += abs(expected) > 1e-6
+    assert checked >= 10
+
+
+def test_a_smoother_is_refused(recording: Recording) -> None:
+    with pytest.raises(InputError, match="smooth=False"):
+        differentiable_ekf(recording, options=EkfOptions(smooth=True))
