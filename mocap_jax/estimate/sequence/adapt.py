@@ -22,6 +22,7 @@ import numpy as np
 
 from mocap_jax import linalg
 from mocap_jax.body import difference
+from mocap_jax.estimate.sequence.corner import constant_values
 from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.levels import (
     GEOMETRY_KINDS,
@@ -34,7 +35,7 @@ from mocap_jax.estimate.sequence.levels import (
     prior_from,
     repeats,
 )
-from mocap_jax.estimate.sequence.problem import SequenceProblem, State, constant_values
+from mocap_jax.estimate.sequence.problem import SequenceProblem, State
 from mocap_jax.estimate.sequence.terms import Built
 from mocap_jax.estimate.whole_sequence_options import ConstantsOptions, OptimiseOptions
 from mocap_jax.residuals.robust import weight
