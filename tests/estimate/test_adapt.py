@@ -31,7 +31,7 @@ LEVELS = initial_levels(OptimiseOptions(), 4)
 
 
 def found(
-    information: np.ndarray, values: np.ndarray, counts: np.ndarray = ONCE
+    information: np.ndarray, values: np.ndarray, counts: np.ndarray = ONCE, damping: float = 0.0
 ) -> tuple[dict[str, float], dict[str, np.ndarray]]:
     """New deviations where the data determine each constant alone; and the cells of each kind.
 
@@ -39,14 +39,15 @@ def found(
         information: of the data (m,).
         values: the constants that the data would give without priors (m,).
         counts: how often each prior counts (m,).
+        damping: added before the equations are factored.
     """
     problem, state = make(2)
     prior = prior_from(LEVELS, problem.layout, counts)
     problem.prior_information = prior
     # At a solution, priors have pulled the constants towards zero.
     state = with_constants(problem, state, values * information / (information + prior))
-    corner = np.diag(information + prior)
-    f = linalg.ArrowFactor(np.zeros((0, 6, 2)), np.sqrt(corner))
+    corner = np.diag(information + prior + damping)
+    f = linalg.ArrowFactor(np.zeros((0, 6, 2)), np.sqrt(corner), damping=damping)
     return (
         _constants(problem, state, f, LEVELS, counts, DECLARED),
         constant_cells(problem.layout),
@@ -120,6 +121,13 @@ def test_one_constant_by_hand(count: float) -> None:
     at = int(cells["sound"][0])
     expected = by_hand(values[at], 1e4, DECLARED.sound_sigma, count)
     assert deviations["sound"] == pytest.approx(min(expected, DECLARED.sound_sigma))
+
+
+@pytest.mark.parametrize("damping", [1.0, 1e4, 1e6])
+def test_damping_of_the_factor_is_not_taken_for_data(damping: float) -> None:
+    values, information = drawn(0.3), np.full(M, 1e3)
+    damped, plain = (found(information, values, damping=d)[0] for d in (damping, 0.0))
+    assert damped == pytest.approx(plain, rel=1e-6)
 
 
 def built(measured: dict[str, list[bool]], *, use_range: bool = False) -> SimpleNamespace:
