@@ -23,7 +23,6 @@ _INPUTS = (
     "sensors",
 )  # fmt: skip
 _OUTPUTS = ("output", "json")
-_MOTIONS = (".amc", ".bvh", ".npz")
 
 
 def output_file(path: str | os.PathLike[str], suffixes: Iterable[str] = ()) -> Path:
@@ -117,8 +116,10 @@ def read_solution_input(path: str | os.PathLike[str]) -> Solution:
 
 def _refuse_motion(path: str | os.PathLike[str], wanted: str) -> None:
     """Say of a motion file what to do with it."""
+    from mocap_jax.motion import MOTION_SUFFIXES
+
     file = Path(path)
-    if file.is_file() and file.suffix.lower() in _MOTIONS:
+    if file.is_file() and file.suffix.lower() in MOTION_SUFFIXES:
         raise InputError(
             f"{path}: this is a motion file, not a {wanted}; make a recording of it first: "
             f"mocap-jax simulate {path} -o {file.with_suffix('.mcap').name}"

@@ -130,8 +130,10 @@ def _refuse_file_options(arguments: argparse.Namespace) -> None:
 
 
 def _refuse_options_of_other_files(arguments: argparse.Namespace) -> None:
+    from mocap_jax.motion import SCALED_SUFFIXES, SKELETON_SUFFIXES
+
     suffix = Path(arguments.motion).suffix.lower()
-    for option, valid in (("skeleton", (".amc",)), ("scale", (".amc", ".bvh"))):
+    for option, valid in (("skeleton", SKELETON_SUFFIXES), ("scale", SCALED_SUFFIXES)):
         if getattr(arguments, option) is not None and suffix not in valid:
             raise UsageError(
                 f"--{option} is for {' and '.join(valid)} clips, not for '{arguments.motion}'"

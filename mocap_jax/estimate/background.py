@@ -4,24 +4,65 @@ from __future__ import annotations
 
 import contextlib
 import os
+import threading
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from concurrent.futures import Future, wait
 
 from mocap_jax.estimate import compile_clock
 
 
-def _new_worker() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(1, thread_name_prefix="compile")
+class _Queue:
+    """Jobs done one after the other, by a thread that lives as long as there are any.
+
+    The interpreter waits for the thread before it exits: a daemon that comes back from the compiler
+    after that would end inside it. So a program under way is compiled to its end, but once the main
+    thread is gone no other is begun.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._jobs: deque[tuple[Future[None], Callable[[], object]]] = deque()
+        self._working = False
+
+    def submit(self, job: Callable[[], object]) -> Future[None]:
+        """Append a job; whatever fails in it is not told."""
+        future: Future[None] = Future()
+        with self._lock:
+            self._jobs.append((future, job))
+            if not self._working:
+                threading.Thread(target=self._work, name="compile").start()
+                self._working = True
+        return future
+
+    def _work(self) -> None:
+        while (taken := self._next()) is not None:
+            future, job = taken
+            if future.set_running_or_notify_cancel():
+                with contextlib.suppress(Exception):
+                    job()
+                future.set_result(None)
+
+    def _next(self) -> tuple[Future[None], Callable[[], object]] | None:
+        with self._lock:
+            while self._jobs:
+                future, job = self._jobs.popleft()
+                if threading.main_thread().is_alive():
+                    return future, job
+                future.cancel()
+                future.set_running_or_notify_cancel()  # tells those who wait
+            self._working = False
+            return None
 
 
-_workers = [_new_worker()]
+_queues = [_Queue()]
 _seen: set[object] = set()
 
 
 def _after_fork() -> None:
-    # A forked process has the executor but not its thread.
-    _workers[0] = _new_worker()
+    # A forked process has the queue but not its thread.
+    _queues[0] = _Queue()
 
 
 if hasattr(os, "register_at_fork"):
@@ -31,17 +72,13 @@ if hasattr(os, "register_at_fork"):
 def compile_once(key: object, *jobs: Callable[[], object]) -> list[Future[None]]:
     """Queue jobs that compile programs, one after the other; none if the key was seen before.
 
-    Whatever fails in a job fails again, and is reported, where its result is wanted.
+    Whatever fails in a job fails again, and is reported, where its result is wanted. Jobs that wait
+    when the interpreter exits are cancelled.
     """
-
-    def run(job: Callable[[], object]) -> None:
-        with contextlib.suppress(Exception):
-            job()
-
     if key in _seen:
         return []
     _seen.add(key)
-    return [_workers[0].submit(run, job) for job in jobs]
+    return [_queues[0].submit(job) for job in jobs]
 
 
 def wait_for(jobs: Sequence[Future[None]]) -> None:

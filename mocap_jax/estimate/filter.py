@@ -26,6 +26,7 @@ from mocap_jax.initialise import RestEstimate, rest_pose
 from mocap_jax.kalman import State
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution, Status
+from mocap_jax.solution.methods import FILTER, SMOOTHER
 from mocap_jax.trajectory import Trajectory
 
 # Memory for filtered beliefs that wait for the smoother (about 16 s of a human at 140 Hz).
@@ -87,7 +88,7 @@ def run_ekf(
         trajectory=Trajectory(np.asarray(run.time), q, v),
         body=body,
         status=_status(q, options),
-        method="ekf_smoothed" if options.smooth else "ekf",
+        method=SMOOTHER if options.smooth else FILTER,
         setup=recording.setup,
         remarks=(*rest.remarks, *remarks, *gauge_remarks(use_root)),
         covariance=covariance,

@@ -6,54 +6,22 @@ import dataclasses
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import dataclass
 
-import numpy as np
-from tqdm import tqdm
-
-from mocap_jax import linalg
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError, SolveError
 from mocap_jax.estimate.background import wait_for
-from mocap_jax.estimate.central_velocity import central_velocity
 from mocap_jax.estimate.compile_clock import CompileClock
-from mocap_jax.estimate.constant_names import constant_places, constants_from
+from mocap_jax.estimate.constant_names import constants_from
 from mocap_jax.estimate.initial_guess import at_rest, first_guess, on_grid
-from mocap_jax.estimate.inputs import body_of, gauge_remarks, uses_root
-from mocap_jax.estimate.observed_joints import observed_joints
-from mocap_jax.estimate.rest_biases import rest_biases
+from mocap_jax.estimate.inputs import body_of, uses_root
 from mocap_jax.estimate.rest_tilt import gather_with_rest
-from mocap_jax.estimate.sequence.adapt import implausible, re_estimate
 from mocap_jax.estimate.sequence.compile_ahead import compile_ahead
-from mocap_jax.estimate.sequence.layout import Layout
-from mocap_jax.estimate.sequence.levels import (
-    Levels,
-    any_wrong,
-    information,
-    initial_levels,
-    prior_information,
-    repeats,
-)
-from mocap_jax.estimate.sequence.problem import SequenceProblem, State, constant_values
-from mocap_jax.estimate.sequence.statistics import residual_statistics
-from mocap_jax.estimate.sequence.terms import Built, build
+from mocap_jax.estimate.sequence.problem import State
+from mocap_jax.estimate.sequence.terms import build
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
-from mocap_jax.least_squares import Outcome, Result, minimise
-from mocap_jax.measurement import FrameData
+from mocap_jax.estimate.whole_sequence_run import Run
 from mocap_jax.recording import Recording
-from mocap_jax.solution import Solution, Status
-from mocap_jax.trajectory import Trajectory
-
-# Frames beyond which a free root's drift is lost in the rounding of J'J (condition ~ frames^4).
-_LONG = 300
-
-_STATUS = {
-    Outcome.CONVERGED: Status.CONVERGED,
-    Outcome.MAX_ITERATIONS: Status.MAX_ITERATIONS,
-    Outcome.STALLED: Status.STALLED,
-    Outcome.SINGULAR: Status.SINGULAR,
-    Outcome.DIVERGED: Status.DIVERGED,
-}
+from mocap_jax.solution import Solution
 
 
 def optimise(
@@ -91,18 +59,6 @@ def optimise(
     )[0]  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Solved:
-    """A problem as it was solved: what an estimate is differentiated with."""
-
-    problem: SequenceProblem
-    state: State
-    built: Built
-    data: FrameData
-    levels: Levels
-    options: OptimiseOptions
-
-
 def solve_sequence(
     recording: Recording,
     body: Body | None = None,
@@ -112,7 +68,7 @@ def solve_sequence(
     user_data: tuple = (),
     progress: bool = False,
     throw: bool = False,
-) -> tuple[Solution, Solved]:
+) -> tuple[Solution, Run]:
     """`optimise`, with the problem behind its solution."""
     clock, begin = CompileClock(), time.perf_counter()
     with clock:
@@ -122,7 +78,7 @@ def solve_sequence(
         built = build(
             data, body, recording.setup, options, root_given=root_given, user_data=user_data
         )
-        run = _Run(recording, body, data, built, options, root_given=root_given)
+        run = Run(recording, body, data, built, options, root_given=root_given)
         if initial is None:
             programs: list[Future[None]] = []
             queue = lambda: programs.extend(compile_ahead(run.problem))  # noqa: E731
@@ -130,14 +86,14 @@ def solve_sequence(
             wait_for(programs)
         constants = constants_from(initial, data.sensors, built.layout)
         state = State(on_grid(initial, body, data.time), constants)
-        solution, state = run.solve(state, recording, root_given=root_given, progress=progress)
+        solution = run.solve(state, recording, root_given=root_given, progress=progress)
     seconds = time.perf_counter() - begin
     solution = dataclasses.replace(
         solution, seconds_solve=seconds - clock.seconds, seconds_compile=clock.seconds
     )
     if throw and not solution.status.ok:
         raise SolveError(solution.status.value)
-    return solution, Solved(run.problem, state, built, data, run.levels, options)
+    return solution, run
 
 
 def _initial(
@@ -169,175 +125,3 @@ def _orientation_pass(
         constants=dataclasses.replace(options.constants, adapt=False),
     )  # fmt: skip
     return optimise(recording, body, initial=still, options=first, progress=progress)
-
-
-class _Run:
-    """One solve: rounds of minimisation with noise levels re-estimated in between."""
-
-    def __init__(
-        self, recording: Recording, body: Body, data: FrameData, built: Built,
-        options: OptimiseOptions, *, root_given: bool = True,
-    ) -> None:  # fmt: skip
-        self.body, self.data, self.built, self.options = body, data, built, options
-        layout = built.layout
-        self.levels = initial_levels(options, len(layout.sites))
-        self.repeats, self.doubted = repeats(options, float(data.step)), False
-        self.problem = SequenceProblem(
-            layout, body, built.terms, built.weights,
-            self._prior_information(last=False), np.dtype(options.dtype),
-            refines=self._loses_digits(root_given),
-            readings=rest_biases(recording, data, layout, options),
-        )  # fmt: skip
-        self.cost: list[float] = []
-        self.iterations = 0
-
-    def _loses_digits(self, root_given: bool) -> bool:
-        """Whether the root's slow drift is lost in J'J: free root, no anchors, long sequence."""
-        anchored = any(
-            self.body.topology.site_body[s] == 0 for s in self.built.layout.range_sites
-        ) or bool(self.built.layout.user)
-        return not root_given and not anchored and len(self.data.time) > _LONG
-
-    def solve(
-        self, state: State, recording: Recording, *, root_given: bool, progress: bool
-    ) -> tuple[Solution, State]:
-        generator = np.random.default_rng(0)
-        rounds = self.options.noise.rounds if self._adapts() else 1
-        result = Result(state, Outcome.MAX_ITERATIONS, ())
-        with tqdm(desc="optimise", unit="iteration", disable=not progress) as bar:
-            number, last = 0, rounds == 1
-            while True:
-                changed = self._set_levels(result.state, number, last=last)
-                result = self._minimise(result.state, bar, last=last)
-                if last or result.outcome in (Outcome.SINGULAR, Outcome.DIVERGED):
-                    break
-                levels = self._re_estimated(result.state, changed, generator)
-                number += 1
-                last = number == rounds - 1 or (number > 1 and self._settled(levels))
-                self.levels = levels
-        solution = self._solution(result, changed, recording, root_given=root_given)
-        return solution, result.state
-
-    def _settled(self, levels: Levels) -> bool:
-        """Whether another solve would not change the model errors, or none are left."""
-        return levels.same_shares(self.levels) or not any_wrong(levels, self.built)
-
-    def _re_estimated(
-        self, state: State, changed: dict[str, np.ndarray], generator: np.random.Generator
-    ) -> Levels:
-        """Levels as a solution shows them; unchanged where its equations are singular."""
-        try:
-            levels = re_estimate(
-                self.problem, state, self.built, changed, self.levels, self.options, generator
-            )
-        except SolveError:
-            return self.levels
-        # A recording that was taken for clean once, and wrongly, keeps all its model errors.
-        if self.built.layout.use_border and not self.doubted:
-            self.doubted = implausible(self.problem, state, self.options.constants)
-        return levels.with_full_share() if self.doubted else levels
-
-    def _prior_information(self, *, last: bool) -> np.ndarray:
-        return prior_information(self.levels, self.built, self.repeats, last=last)
-
-    def _adapts(self) -> bool:
-        return self.options.noise.adapt or self.options.constants.adapt
-
-    def _set_levels(self, state: State, number: int, *, last: bool) -> dict[str, np.ndarray]:
-        """Whiten for the next round: noise levels, priors, gate and graduation at this state."""
-        gate = self.problem.gate(state) if self.built.layout.use_range else None
-        free = 6 if self.body.has_free_root else 0
-        changed = information(self.built, gate, self.levels, self.repeats, free=free)
-        self.problem.replace_terms(**changed)
-        self.problem.prior_information = self._prior_information(last=last)
-        mu = self.options.noise.range_mu
-        graduation = mu[-1] if last else mu[min(number, len(mu) - 1)]
-        self.problem.replace_weights(range_mu=graduation)
-        return changed
-
-    def _minimise(self, state: State, bar: tqdm, *, last: bool) -> Result:
-        solver = self.options.solver
-        if not last:
-            # Rounds before the last only feed the noise estimate.
-            solver = dataclasses.replace(
-                solver, tolerance=max(solver.tolerance, 0.1),
-                max_iterations=min(solver.max_iterations, 8),
-            )  # fmt: skip
-
-        def report(_: int, cost: float) -> None:
-            self.iterations += 1
-            bar.update()
-            bar.set_postfix_str(f"cost {cost:.6g}")
-
-        result = minimise(self.problem, state, solver, report)
-        self.cost += list(result.cost)
-        return result
-
-    def _solution(
-        self, result: Result, changed: dict[str, np.ndarray], recording: Recording, *,
-        root_given: bool,
-    ) -> Solution:  # fmt: skip
-        state, layout = result.state, self.built.layout
-        status, remarks = _STATUS[result.outcome], [result.message] if result.message else []
-        covariance, deviations = None, np.full(layout.constants, np.nan)
-        if status.ok:
-            try:
-                covariance, deviations = self._covariance(state)
-            except SolveError as error:
-                status = Status.UNDETERMINED
-                remarks.append(_undetermined(str(error), root_given=root_given))
-        return Solution(
-            trajectory=Trajectory(np.asarray(self.data.time), state.q, self._velocity(state)),
-            body=self.body,
-            status=status,
-            method="optimise",
-            setup=recording.setup,
-            remarks=(*recording.salvage, *remarks, *gauge_remarks(root_given)),
-            covariance=covariance,
-            observed=observed_joints(self.body, self.data),
-            cost=tuple(self.cost),
-            iterations=self.iterations,
-            statistics=residual_statistics(
-                self.problem.residuals(state), changed, self.built, self.data, self.body
-            ),
-            options=_record(self.options, self.levels),
-            **_calibration(state, deviations, self.data.sensors, layout),  # type: ignore[arg-type]
-        )
-
-    def _covariance(self, state: State) -> tuple[np.ndarray | None, np.ndarray]:
-        layout = self.built.layout
-        deviations = np.full(layout.constants, np.nan)
-        equations, f = self.problem.factorised(state)
-        if layout.use_border:
-            deviations = np.sqrt(np.diag(linalg.corner_covariance(f)))
-        if not self.options.covariance:
-            return None, deviations
-        return linalg.marginals(f, equations.border), deviations
-
-    def _velocity(self, state: State) -> np.ndarray:
-        """Central differences of the poses, in the tangent space."""
-        return central_velocity(self.body, state.q, float(self.data.step))
-
-
-def _undetermined(reason: str, *, root_given: bool) -> str:
-    what = "some poses" if root_given else "root position, heading and their slow drift"
-    return f"The data do not determine {what}; no covariance ({reason})."
-
-
-def _calibration(
-    state: State, deviations: np.ndarray, sensors: tuple[str, ...], layout: Layout
-) -> dict[str, dict[str, np.ndarray]]:
-    if not layout.use_border:
-        return {}
-    values, table = constant_values(state.constants), constant_places(layout, sensors)
-    return {
-        "calibration": {k: values[at] for k, at in table.items()},
-        "calibration_std": {k: deviations[at] for k, at in table.items()},
-    }
-
-
-def _record(options: OptimiseOptions, levels: Levels) -> dict[str, object]:
-    record = dataclasses.asdict(dataclasses.replace(options, user_residuals=()))
-    record["user_residuals"] = [r.name for r in options.user_residuals]
-    record["levels"] = dataclasses.asdict(levels)
-    return record

@@ -48,6 +48,8 @@ class SensorCheck:
     inertial_only: tuple[tuple[str, ...], ...] = ()
     """Those groups of `exchanged` whose distances fit where they are: only the inertial data are
     exchanged, as by swapped cables."""
+    ranges_only: tuple[tuple[str, ...], ...] = ()
+    """Those whose inertial data fit where they are: only the distances are exchanged."""
 
     @property
     def findings(self) -> dict[str, tuple[str, ...]]:
@@ -55,13 +57,23 @@ class SensorCheck:
         out = {name: list(texts) for name, texts in self.faults.items()}
         for group in self.exchanged:
             for name, place in zip(group, (*group[1:], group[0]), strict=True):
-                what = (
-                    "inertial data look swapped: they fit"
-                    if group in self.inertial_only
-                    else "looks swapped: it fits"
-                )
+                part = self._part(group)
+                what = f"{part[0]} look swapped: they fit" if part else "looks swapped: it fits"
                 out[name].insert(0, f"{what} the place of {place} clearly better")
         return {name: tuple(texts) for name, texts in out.items()}
+
+    def _part(self, group: tuple[str, ...]) -> tuple[str, str, str] | None:
+        """What of these sensors is exchanged, what is not, and how; None for all of them."""
+        if group in self.inertial_only:
+            how = "cables or names exchanged, or a gyroscope at fault?"
+            return "inertial data", "distances", how
+        if group in self.ranges_only:
+            return (
+                "distances",
+                "inertial data",
+                "cables or names of ultrasonic receivers exchanged?",
+            )
+        return None
 
     @property
     def ok(self) -> bool:
@@ -77,10 +89,10 @@ class SensorCheck:
                                                                   strict=True)]  # fmt: skip
             why = "each fits the other's place better" if len(group) == 2 else ", ".join(chain)
             swapped = " and ".join(group)
-            if group in self.inertial_only:
+            if part := self._part(group):
                 lines.append(
-                    f"The inertial data of sensors {swapped} look swapped: {why}. Their distances "
-                    "fit where they are (cables or names exchanged, or a gyroscope at fault?)."
+                    f"The {part[0]} of sensors {swapped} look swapped: {why}. Their {part[1]} "
+                    f"fit where they are ({part[2]})."
                 )
             else:
                 lines.append(f"Sensors {swapped} look swapped: {why}.")
@@ -155,7 +167,9 @@ def _checked(evidence: Evidence, body: Body) -> SensorCheck:
         texts = (wrong_gravity[i], wrong_rate[i], _turned(tilt[i, site[i]], evidence.declared),
                  _far(evidence, i, int(heard_site[i])))  # fmt: skip
         faults[name] = tuple(t for t in texts if t is not None)
-    groups = _cycles(site)
+    groups, heard_groups = _cycles(site), _cycles(heard_site)
+    stay = lambda group, at: all(at[i] == i for i in group)  # noqa: E731
+    groups += [group for group in heard_groups if stay(group, site)]
     named = lambda group: tuple(evidence.sensors[i] for i in group)  # noqa: E731
     undeclared = "No rest pose is declared: sensors were compared with the body's reference pose."
     return SensorCheck(
@@ -163,7 +177,8 @@ def _checked(evidence: Evidence, body: Body) -> SensorCheck:
         tuple(map(named, groups)),
         _measures(evidence, np.diagonal(tilt), misfit),
         () if evidence.declared else (undeclared,),
-        tuple(named(group) for group in groups if all(heard[i] == i for i in group)),
+        tuple(named(group) for group in groups if stay(group, heard)),
+        tuple(named(group) for group in groups if stay(group, site)),
     )
 
 
@@ -172,14 +187,14 @@ def _assignment(
 ) -> Assignment:
     """Sensor at each site; boards that are turned in place do not speak for their neighbours."""
     costs = costs.without_motion_of(~reliable)
-    found = exchanged(costs, tilt, reliable, inertial_only=plain)
+    found = exchanged(costs, tilt, reliable, parts=plain)
     worn = found.worn
     turned = tilt[worn, np.arange(len(worn))] > _turn_limit(declared)
     if not turned.any():
         return found
     still_reliable = reliable & ~np.isin(np.arange(len(worn)), worn[turned])
     costs = costs.without_motion_of(~still_reliable)
-    return exchanged(costs, tilt, still_reliable, inertial_only=plain)
+    return exchanged(costs, tilt, still_reliable, parts=plain)
 
 
 def _cycles(site: np.ndarray) -> list[list[int]]:

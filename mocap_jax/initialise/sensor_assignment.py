@@ -4,13 +4,14 @@ The cost of an assignment adds three things, each a sum of squares in nominal st
 made robust: the direction of gravity in every sensor at rest, its distances from the sources at
 rest, and the rates of neighbouring segments relative to each other, which are small where each
 sensor is where it is said to be. Pairs are exchanged as long as that lowers the cost decisively:
-whole sensors, or their inertial data alone, as swapped cables or names in a driver do, which leave
-the distances where they are.
+whole sensors, or their inertial data or distances alone, as swapped cables or names in a driver do,
+which leave the other where it is.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -33,10 +34,11 @@ _ALIKE = 0.05
 _MOTION = 12.0
 # The cost must fall by this much for an exchange to be believed.
 _MARGIN = 2.0
-# More of it for an exchange of inertial data alone, which is the rarer mistake.
-_MARGIN_INERTIAL = 4.0
+# More of it for an exchange of inertial data or distances alone, which is the rarer mistake.
+_MARGIN_PART = 4.0
 TURNED = np.deg2rad(40.0)
 """Tilt that no pose and mounting of ordinary care explain [rad]."""
+What = Literal["both", "inertial", "ranges"]
 
 
 class Assignment(NamedTuple):
@@ -47,10 +49,11 @@ class Assignment(NamedTuple):
     heard: np.ndarray
     """Sensor whose distances belong there; the same one but for an exchange of data alone."""
 
-    def swapped(self, a: int, b: int, *, inertial_only: bool) -> Assignment:
-        """With the sensors at two sites exchanged."""
+    def swapped(self, a: int, b: int, what: What) -> Assignment:
+        """With the sensors at two sites exchanged, or one kind of their data."""
         return Assignment(
-            _swapped(self.worn, a, b), self.heard if inertial_only else _swapped(self.heard, a, b)
+            self.worn if what == "ranges" else _swapped(self.worn, a, b),
+            self.heard if what == "inertial" else _swapped(self.heard, a, b),
         )
 
 
@@ -107,7 +110,7 @@ def exchanged(
     tilt: Float[np.ndarray, "s s"],
     movable: np.ndarray,
     *,
-    inertial_only: bool = True,
+    parts: bool = True,
 ) -> Assignment:
     """The assignment that explains the readings.
 
@@ -115,26 +118,34 @@ def exchanged(
         costs: of the assignments.
         tilt: as of `tilts`; no sensor moves to a site where it is beyond `TURNED`.
         movable: mask of the sensors that may be exchanged.
-        inertial_only: whether inertial data alone may be exchanged.
+        parts: whether inertial data or distances alone may be exchanged.
     """
     sites = np.arange(len(movable))
     best = Assignment(sites, sites)
     allowed = ~(tilt > TURNED) & movable[:, None]
     current = costs.total(best)
     while True:
-        worn = best.worn
-        trials = [
-            (best.swapped(a, b, inertial_only=alone), _MARGIN_INERTIAL if alone else _MARGIN)
-            for a in range(len(sites))
-            for b in range(a)
-            if allowed[worn[a], b] and allowed[worn[b], a]
-            for alone in (False, True)[: 1 + inertial_only]
-        ]
+        trials = list(_trials(best, allowed, parts))
         gains = [current - costs.total(trial) - margin for trial, margin in trials]
         if not gains or max(gains) < 0:
             return best
         best = trials[gains.index(max(gains))][0]
         current = costs.total(best)
+
+
+def _trials(
+    current: Assignment, allowed: np.ndarray, parts: bool
+) -> Iterator[tuple[Assignment, float]]:
+    """Assignments that differ by one exchange, each with how much better it must be."""
+    worn = current.worn
+    for a in range(len(worn)):
+        for b in range(a):
+            if allowed[worn[a], b] and allowed[worn[b], a]:
+                yield current.swapped(a, b, "both"), _MARGIN
+                if parts:
+                    yield current.swapped(a, b, "inertial"), _MARGIN_PART
+            if parts and allowed[worn[a], a] and allowed[worn[b], b]:
+                yield current.swapped(a, b, "ranges"), _MARGIN_PART
 
 
 def _swapped(worn: np.ndarray, a: int, b: int) -> np.ndarray:

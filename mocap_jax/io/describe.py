@@ -15,7 +15,7 @@ from mocap_jax.io.mcap_write import METADATA_NAME
 from mocap_jax.io.recording_reader import kind_of, recording_from
 from mocap_jax.io.setup_toml import read_setup
 from mocap_jax.io.solution_file import solution_from
-from mocap_jax.motion import body_from_asf, load_motion
+from mocap_jax.motion import MOTION_SUFFIXES, body_from_asf, load_motion
 from mocap_jax.recording import InertialStream, RangeStream, Recording, Setup
 from mocap_jax.solution import Solution
 
@@ -37,7 +37,7 @@ def describe(path: str | os.PathLike[str]) -> str:
         raise InputError(f"{path}: no such file")
     if suffix == ".mcap":
         lines = _mcap(path)
-    elif suffix in (".amc", ".bvh", ".npz"):
+    elif suffix in MOTION_SUFFIXES:
         lines = _motion(path)
     elif suffix in (".xml", ".asf"):
         body = load_body(path) if suffix == ".xml" else body_from_asf(path)
@@ -45,7 +45,7 @@ def describe(path: str | os.PathLike[str]) -> str:
     elif suffix == ".toml":
         lines = ["kind: set-up", *_setup(read_setup(path))]
     else:
-        valid = ".mcap, .amc, .bvh, .npz, .xml, .asf, .toml"
+        valid = ", ".join((".mcap", *MOTION_SUFFIXES, ".xml", ".asf", ".toml"))
         raise InputError(f"{path}: unknown kind of file '{suffix}'; valid: {valid}")
     return "\n".join([f"file: {path} ({Path(path).stat().st_size / 1e6:.2f} MB)", *lines])
 

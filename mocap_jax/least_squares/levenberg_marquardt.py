@@ -7,81 +7,20 @@ and follows the gain ratio (Nielsen 1999; Madsen, Nielsen, Tingleff 2004, algori
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from mocap_jax import linalg
 from mocap_jax.errors import SolveError
-from mocap_jax.least_squares.damping import (
-    damp_jitter,
-    jitter_force,
-    on_the_step,
-    smooth_in_time,
-)
+from mocap_jax.least_squares.damping import smooth_in_time
+from mocap_jax.least_squares.problem import Problem
+from mocap_jax.least_squares.step import Factoring, predicted_decrease, shape, solve_step
 
 # A rejected step multiplies the damping by this, the next one by its square, and so on. Nielsen's 2
 # takes seven linearisations to cross the six decades between a loose and a tight problem.
 _GROWTH = 10.0
-# Relative size of the last steps of a refinement.
-REFINED = 1e-9
-
-
-@dataclass(frozen=True)
-class NormalEquations:
-    """Cost and quadratic model at a state: lower blocks of J'J, gradient J'r, border."""
-
-    cost: float
-    lower: np.ndarray
-    """(t, b + 1, d, d), may be overwritten by the solver."""
-    gradient: np.ndarray
-    """(t, d)"""
-    corner: np.ndarray | None
-    """(m, m), None without constants."""
-    corner_gradient: np.ndarray
-    """(m,)"""
-    border: linalg.BorderBlocks | None
-
-
-Follow = Callable[[np.ndarray, linalg.BorderBlocks | None, int], None]
-"""What a problem may call while it makes its equations: (lower, border, number of frames whose
-blocks are final). The solver factors these frames meanwhile."""
-
-
-class Problem(Protocol):
-    """What the solver needs to know."""
-
-    @property
-    def unknowns(self) -> int: ...
-
-    def cost(self, state: Any) -> float: ...
-
-    def linearise(self, state: Any, follow: Follow | None = None) -> NormalEquations: ...
-
-    def move(self, state: Any, step: np.ndarray, constants: np.ndarray) -> Any: ...
-
-    @property
-    def refines(self) -> bool:
-        """Whether J'J loses digits that `model` keeps: then steps are refined with it."""
-        ...
-
-    @property
-    def bends(self) -> np.ndarray:
-        """Which unknowns of a frame take part in curved terms (d,): their jitter is damped."""
-        ...
-
-    @property
-    def least_damping(self) -> float:
-        """Damping of second differences that hardly slows convergence [1/rad^2, 1/m^2]."""
-        ...
-
-    def model(
-        self, state: Any, x: np.ndarray, z: np.ndarray, *, offset: bool, damping: float
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """J'(r + J (x, z)) + damping (x, z), or without r where `offset` is false."""
-        ...
 
 
 class Outcome(Enum):
@@ -147,47 +86,76 @@ def minimise(
         return Result(state, outcome, tuple(costs), message)
 
     for iteration in range(options.max_iterations):
-        damping = schedule.damping
-        factoring = _Factoring(damping, problem.bends)
-        equations = problem.linearise(state, None if problem.refines else factoring.follow)
+        trial = _try(problem, state, schedule.damping)
         if not costs:
-            costs.append(equations.cost)
-            if not smooth_in_time(*_shape(equations)):
+            costs.append(trial.before)
+            if not trial.smooth:
                 schedule.forget_least()
-        if not np.isfinite(equations.cost):
+        if not np.isfinite(trial.before):
             return result(Outcome.DIVERGED)
-        try:
-            step, constants = _solve(problem, state, equations, damping, factoring)
-        except SolveError as error:
+        if trial.singular:
             if schedule.exhausted:
-                return result(Outcome.SINGULAR, str(error))
+                return result(Outcome.SINGULAR, trial.singular)
             schedule.tighten()
-            del equations, factoring
             continue
-        decrease = _predicted_decrease(equations, step, constants, damping, problem.bends)
-        before = equations.cost
-        del equations, factoring  # the next ones are as large
-        candidate = problem.move(state, step, constants)
-        cost = problem.cost(candidate)
-        gain = (before - cost) / max(decrease, 1e-300)
-        small = np.sqrt(2 * max(decrease, 0.0) / problem.unknowns) < options.tolerance
-        accepted = np.isfinite(cost) and (gain > 1e-4 or options.gauss_newton)
+        accepted = np.isfinite(trial.cost) and (trial.gain > 1e-4 or options.gauss_newton)
         if accepted:
-            state = candidate
-            costs.append(cost)
+            state = trial.state
+            costs.append(trial.cost)
         # A step that is small because rejections have raised its damping says nothing.
-        converged = small and not schedule.raised
+        converged = trial.size < options.tolerance and not schedule.raised
         if progress is not None:
             progress(iteration, costs[-1])
         if converged:
             return result(Outcome.CONVERGED)
         if accepted:
-            schedule.loosen(gain)
+            schedule.loosen(trial.gain)
         elif schedule.exhausted:
             return result(Outcome.STALLED)
         else:
             schedule.tighten()
     return result(Outcome.MAX_ITERATIONS)
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """What came of one linearisation."""
+
+    before: float
+    """Cost where it was made."""
+    smooth: bool
+    """Whether the problem is one in time (`smooth_in_time`)."""
+    state: Any = None
+    """After the step."""
+    cost: float = np.inf
+    """There."""
+    gain: float = 0.0
+    """Share of the predicted decrease that came."""
+    size: float = np.inf
+    """RMS of the step [posterior standard deviations]."""
+    singular: str = ""
+    """Why there is no step."""
+
+
+def _try(problem: Problem, state: Any, damping: float) -> _Trial:
+    """Linearise, solve for the step, and see where it leads."""
+    factoring = Factoring(damping, problem.bends)
+    e = problem.linearise(state, None if problem.refines else factoring.follow)
+    trial = _Trial(e.cost, smooth_in_time(*shape(e)))
+    if not np.isfinite(e.cost):
+        return trial
+    try:
+        step, constants = solve_step(problem, state, e, damping, factoring)
+    except SolveError as error:
+        del e, factoring  # the error's traceback would keep them, and the next ones are as large
+        return replace(trial, singular=str(error))
+    decrease = predicted_decrease(e, step, constants, damping, problem.bends)
+    del e, factoring  # the candidate's cost needs memory too
+    candidate = problem.move(state, step, constants)
+    cost = problem.cost(candidate)
+    gain = (trial.before - cost) / max(decrease, 1e-300)
+    size = float(np.sqrt(2 * max(decrease, 0.0) / problem.unknowns))
+    return replace(trial, state=candidate, cost=cost, gain=gain, size=size)
 
 
 class _Schedule:
@@ -222,79 +190,3 @@ class _Schedule:
         self.damping = max(self.damping * max(1 / 10, 1 - (2 * gain - 1) ** 3), self._least)
         self._growth = _GROWTH
         self.raised = False
-
-
-class _Factoring:
-    """Damps and factors equations while they are being made."""
-
-    def __init__(self, damping: float, bends: np.ndarray) -> None:
-        self._damping, self._bends = damping, bends
-        self._under_way: linalg.Factoring | None = None
-        self._error: SolveError | None = None
-
-    def follow(self, lower: np.ndarray, border: linalg.BorderBlocks | None, ready: int) -> None:
-        """Factor the frames before `ready`; an error is kept for `finish`."""
-        if self._error is not None:
-            return
-        if self._under_way is None:
-            plain = on_the_step(self._damping, lower.shape[0], lower.shape[1] - 1)
-            self._under_way = linalg.Factoring(lower, border, damping=plain, overwrite=True)
-        damp_jitter(lower, self._damping * self._bends, slice(self._under_way.done, ready))
-        try:
-            self._under_way.advance(ready)
-        except SolveError as error:
-            self._error = error
-
-    def finish(self, e: NormalEquations) -> linalg.ArrowFactor:
-        """The factor.
-
-        Raises:
-            SolveError: the equations are singular.
-        """
-        self.follow(e.lower, e.border, len(e.lower))
-        if self._under_way is None or self._error is not None:
-            raise self._error or SolveError("there are no equations")
-        return self._under_way.finish(e.corner)
-
-
-def _solve(
-    problem: Problem, state: Any, e: NormalEquations, damping: float, factoring: _Factoring
-) -> tuple[np.ndarray, np.ndarray]:
-    if problem.refines:
-        damp_jitter(e.lower, damping * problem.bends)
-        return _refined(problem, state, e, damping)
-    return linalg.solve(factoring.finish(e), -e.gradient, -e.corner_gradient, e.border)
-
-
-def _shape(e: NormalEquations) -> tuple[int, int]:
-    """Frames and half-bandwidth."""
-    return e.lower.shape[0], e.lower.shape[1] - 1
-
-
-def _refined(
-    problem: Problem, state: Any, e: NormalEquations, damping: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """The step to the accuracy of J, however badly conditioned J'J is."""
-    frames, band = _shape(e)
-    plain = on_the_step(damping, frames, band)
-    f, _ = linalg.shifted_factor(e.lower, e.corner, e.border, damping=plain)
-    x, z = linalg.solve(f, -e.gradient, -e.corner_gradient, e.border)
-
-    def model(x: np.ndarray, z: np.ndarray, *, offset: bool) -> tuple[np.ndarray, np.ndarray]:
-        g, gz = problem.model(state, x, z, offset=offset, damping=plain)
-        return g + jitter_force(x, damping * problem.bends, band), gz
-
-    done = linalg.refine(f, e.border, model, x, z, tolerance=REFINED)
-    return done.x, done.z
-
-
-def _predicted_decrease(
-    e: NormalEquations, step: np.ndarray, constants: np.ndarray, damping: float, bends: np.ndarray
-) -> float:
-    """Decrease of the quadratic model: half step'(damping step - gradient)."""
-    slope = float((e.gradient * step).sum() + e.corner_gradient @ constants)
-    frames, band = _shape(e)
-    plain = on_the_step(damping, frames, band)
-    length = plain * float((step * step).sum() + constants @ constants)
-    jitter = float((step * jitter_force(step, damping * bends, band)).sum())
-    return 0.5 * (length + jitter - slope)

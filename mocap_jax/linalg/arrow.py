@@ -48,6 +48,8 @@ class ArrowFactor:
     first), each d x m; empty without a border."""
     stretch: int = STRETCH
     """Frames from one of these to the next."""
+    damping: float = 0.0
+    """What was added to the diagonals of H and C."""
 
     @property
     def frames(self) -> int:
@@ -126,14 +128,14 @@ class Factoring:
         """
         self.advance(len(self._panels))
         if corner is None or not len(corner):
-            return ArrowFactor(self._panels, np.zeros((0, 0)))
+            return ArrowFactor(self._panels, np.zeros((0, 0)), damping=self._damping)
         schur = corner + self._damping * np.eye(len(corner))
         if self._border is not None:
             schur += self._schur
         chol, info = lapack.dpotrf(schur, lower=0, clean=1)
         if info:
             raise SolveError("the data do not determine the constant unknowns (singular border)")
-        return ArrowFactor(self._panels, chol, tuple(self._kept), STRETCH)
+        return ArrowFactor(self._panels, chol, tuple(self._kept), STRETCH, self._damping)
 
 
 def factor(

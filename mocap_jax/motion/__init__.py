@@ -5,7 +5,12 @@ from mocap_jax.motion.builtin import BUILTIN_MOTIONS, builtin_motion
 from mocap_jax.motion.bvh import body_from_bvh
 from mocap_jax.motion.human import human, segment_lengths, segment_tip, with_segment_lengths
 from mocap_jax.motion.human_like import human_like
-from mocap_jax.motion.load import load_motion
+from mocap_jax.motion.load import (
+    MOTION_SUFFIXES,
+    SCALED_SUFFIXES,
+    SKELETON_SUFFIXES,
+    load_motion,
+)
 from mocap_jax.motion.motion import Motion
 from mocap_jax.motion.retarget import retarget
 from mocap_jax.motion.retarget_error import retarget_errors, retarget_table
@@ -13,7 +18,8 @@ from mocap_jax.motion.segment_names import XSENS_SEGMENTS, xsens_name
 from mocap_jax.motion.skeleton import TIP_PREFIX
 
 __all__ = [
-    "BUILTIN_MOTIONS", "TIP_PREFIX", "XSENS_SEGMENTS", "Motion", "body_from_asf", "body_from_bvh",
-    "builtin_motion", "human", "human_like", "load_motion", "retarget", "retarget_errors",
-    "retarget_table", "segment_lengths", "segment_tip", "with_segment_lengths", "xsens_name",
+    "BUILTIN_MOTIONS", "MOTION_SUFFIXES", "SCALED_SUFFIXES", "SKELETON_SUFFIXES", "TIP_PREFIX",
+    "XSENS_SEGMENTS", "Motion", "body_from_asf", "body_from_bvh", "builtin_motion", "human",
+    "human_like", "load_motion", "retarget", "retarget_errors", "retarget_table",
+    "segment_lengths", "segment_tip", "with_segment_lengths", "xsens_name",
 ]  # fmt: skip

@@ -12,6 +12,12 @@ from mocap_jax.motion.bvh import load_bvh
 from mocap_jax.motion.motion import Motion
 from mocap_jax.motion.npz import load_npz
 
+MOTION_SUFFIXES = (".amc", ".bvh", ".npz")
+SCALED_SUFFIXES = (".amc", ".bvh")
+"""Those whose unit of length may be given."""
+SKELETON_SUFFIXES = (".amc",)
+"""Those that need a skeleton of another file."""
+
 
 def load_motion(
     path: str | os.PathLike[str],
@@ -44,7 +50,7 @@ def load_motion(
     if skip is not None and skip < 0:
         raise InputError(f"skip must be 0 or more frames, got {skip}")
     suffix = path.suffix.lower()
-    if skeleton is not None and suffix != ".amc":
+    if skeleton is not None and suffix not in SKELETON_SUFFIXES:
         raise InputError(f"{path}: skeleton= is for .amc clips only")
     if suffix == ".amc":
         return load_amc(path, skeleton=skeleton, fps=fps, scale=scale, skip=skip)
@@ -54,4 +60,5 @@ def load_motion(
         if scale is not None:
             raise InputError(f"{path}: scale= is for .amc and .bvh clips (NPZ is in metres)")
         return load_npz(path, fps=fps, skip=skip)
-    raise InputError(f"{path}: unknown kind of motion '{path.suffix}'; valid: .amc, .bvh, .npz")
+    valid = ", ".join(MOTION_SUFFIXES)
+    raise InputError(f"{path}: unknown kind of motion '{path.suffix}'; valid: {valid}")

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from mocap_jax.recording import Recording
-from mocap_jax.report.constant_truth import FILTERS, Values, constant_truth
+from mocap_jax.report.constant_truth import Values, constant_truth
 from mocap_jax.report.tables import Row, Table
 from mocap_jax.report.verdicts import listed
 from mocap_jax.solution import Solution
+from mocap_jax.solution.methods import FILTERS
 
 # Beyond this many stated standard deviations from the truth a value is marked.
 _LIMIT = 3.0

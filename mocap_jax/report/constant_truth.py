@@ -10,9 +10,9 @@ from mocap_jax.body import Body
 from mocap_jax.metrics.align import truth_of
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution
+from mocap_jax.solution.methods import FILTERS
 
 Values = dict[str, Float[np.ndarray, "n"]]
-FILTERS = ("ekf", "ekf_smoothed")
 _SENSORS = ("gyroscope", "accelerometer")
 _SOURCE = "source/"
 # Frames of two bodies that differ by less are the same frame.

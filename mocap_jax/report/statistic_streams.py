@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from mocap_jax.solution import Solution
+from mocap_jax.solution.methods import FILTERS, SMOOTHER
 
 KINDS = ("accelerometer", "gyroscope", "orientation", "magnetometer")
-_FILTERS = ("ekf", "ekf_smoothed")
 
 
 def statistic_sources(solutions: dict[str, Solution]) -> dict[str, Solution]:
@@ -18,10 +18,10 @@ def statistic_sources(solutions: dict[str, Solution]) -> dict[str, Solution]:
     for name, solution in solutions.items():
         if not solution.statistics:
             continue
-        filtered = solution.method in _FILTERS
+        filtered = solution.method in FILTERS
         if filtered and any(s.statistics == solution.statistics for s in out.values()):
             continue
-        smoothed = solution.method == "ekf_smoothed"
+        smoothed = solution.method == SMOOTHER
         what = "forward pass, innovations" if smoothed else "innovations"
         out[f"{name}: {what if filtered else 'residuals'}"] = solution
     return out

@@ -15,9 +15,10 @@ from mocap_jax.errors import InputError
 from mocap_jax.initialise import declared_pose
 from mocap_jax.metrics.align import interpolate, truth_of
 from mocap_jax.recording import Recording
-from mocap_jax.report.constant_truth import FILTERS, constant_truth
+from mocap_jax.report.constant_truth import constant_truth
 from mocap_jax.report.style import INK, MUTED, RC, plain_name
 from mocap_jax.solution import Solution
+from mocap_jax.solution.methods import FILTERS
 
 # Kind of constant: title, factor and unit for people.
 CONSTANTS = {

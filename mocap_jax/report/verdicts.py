@@ -11,6 +11,7 @@ from mocap_jax.metrics import ErrorTable, coverage, joint_consistency, nees
 from mocap_jax.recording import Recording
 from mocap_jax.report.tables import Row, Table, number
 from mocap_jax.solution import Solution
+from mocap_jax.solution.methods import FILTER, SMOOTHER
 
 # Two errors that differ by less than this share are called equal.
 _EQUAL = 0.01
@@ -24,7 +25,6 @@ _JUDGED = (
     (_ORIENTATION, "mean_table1", "neck, right shoulder and left hip", "deg"),
     ("position_error_mean_cm", "mean", "joint centres", "cm"),
 )
-_FILTER, _SMOOTHER = "ekf", "ekf_smoothed"
 
 
 def accuracy_verdict(errors: dict[str, ErrorTable], solutions: dict[str, Solution]) -> str:
@@ -91,10 +91,10 @@ def _filters_of_smoothers(solutions: dict[str, Solution]) -> dict[str, str]:
     """Smoothers by name, each with the filter it was made from: that of the same innovations."""
     out = {}
     for name, smoothed in solutions.items():
-        if smoothed.method != _SMOOTHER:
+        if smoothed.method != SMOOTHER:
             continue
         for other, filtered in solutions.items():
-            if filtered.method == _FILTER and filtered.statistics == smoothed.statistics:
+            if filtered.method == FILTER and filtered.statistics == smoothed.statistics:
                 out[name] = other
                 break
     return out

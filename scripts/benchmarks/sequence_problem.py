@@ -13,8 +13,8 @@ from mocap_jax.estimate.constant_names import constants_from
 from mocap_jax.estimate.initial_guess import on_grid
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State
 from mocap_jax.estimate.sequence.terms import build
-from mocap_jax.estimate.whole_sequence import _Run
 from mocap_jax.estimate.whole_sequence_options import ConstantsOptions, OptimiseOptions
+from mocap_jax.estimate.whole_sequence_run import Run
 from mocap_jax.least_squares import Outcome, SolverOptions, minimise
 from mocap_jax.measurement import gather
 from mocap_jax.recording import Recording
@@ -62,7 +62,7 @@ def prepare(recording: Recording, frames: int, *, border: bool) -> Prepared:
     whole = gather(recording, body)
     data = jax.tree.map(lambda x: x[-frames:] if np.ndim(x) else x, whole)
     built = build(data, body, recording.setup, options, root_given=True)
-    run = _Run(recording, body, data, built, options)
+    run = Run(recording, body, data, built, options)
     if built.layout.use_border != border:
         raise RuntimeError(f"the problem should{'' if border else ' not'} have a border")
     truth = true_poses(recording)

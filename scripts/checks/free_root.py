@@ -20,7 +20,7 @@ from mocap_jax.body.tangent import velocity_to_tangent
 from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
 from mocap_jax.estimate.sequence.model_gradient import model_gradient, moved_constants
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State
-from mocap_jax.least_squares.levenberg_marquardt import REFINED
+from mocap_jax.least_squares.step import REFINED
 from mocap_jax.linalg.refine import refine, shifted_factor
 from mocap_jax.residuals.inertial import (
     CONSISTENT,

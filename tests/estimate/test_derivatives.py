@@ -70,13 +70,13 @@ def moved(p: Parameters, name: str, change: np.ndarray) -> Parameters:
 
 
 def test_the_cost_is_the_solver_s(recording: Recording, case: Case) -> None:
-    _, solved = solve_sequence(recording, options=dataclasses.replace(
+    _, run = solve_sequence(recording, options=dataclasses.replace(
         OptimiseOptions(), noise=dataclasses.replace(OptimiseOptions().noise, adapt=False)
     ))  # fmt: skip
-    estimate, problem = case.estimate, solved.problem
-    point = Point(jnp.asarray(solved.state.q), solved.state.constants)
+    estimate, problem = case.estimate, run.problem
+    point = Point(jnp.asarray(run.state.q), run.state.constants)
     got = cost(problem.layout, estimate._bound(estimate.parameters), point)
-    assert float(got) == pytest.approx(problem.cost(solved.state), rel=1e-9)
+    assert float(got) == pytest.approx(problem.cost(run.state), rel=1e-9)
 
 
 def test_parameters_of_the_solution_give_its_problem(case: Case) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from mocap_jax import so3
 from mocap_jax.body import load_body, normalise, retract
-from mocap_jax.estimate.sequence import inertial_terms, pose_terms, range_terms
+from mocap_jax.estimate.sequence import inertial_residuals, pose_terms, range_terms
 from mocap_jax.estimate.sequence.assemble import _cost, kinematics
 from mocap_jax.estimate.sequence.layout import (
     Constants,
@@ -237,7 +237,7 @@ def test_gate_sees_only_what_is_in_front() -> None:
     gate = problem.gate(state)
     assert gate.shape == (T, K)
     assert set(np.unique(gate)) <= {0.0, 1.0}
-    assert range_terms.gate is not None and inertial_terms.residuals is not None
+    assert range_terms.gate is not None and inertial_residuals.residuals is not None
 
 
 def test_least_damping_grows_with_the_boards_information_and_ignores_short_holds():

@@ -63,6 +63,14 @@ def rewired(recording, a, b):
     return dataclasses.replace(recording, inertial=recording.inertial | both)
 
 
+def crossed(recording, a, b):
+    """The distances of two boards exchanged; their inertial data stay where they are."""
+    names = {a: b, b: a}
+    receivers = tuple(names.get(n, n) for n in recording.ranges.receiver_names)
+    ranges = dataclasses.replace(recording.ranges, receiver_names=receivers)
+    return dataclasses.replace(recording, ranges=ranges)
+
+
 def changed(recording, sensor, accelerometer=SAME, gyroscope=SAME):
     """One board's readings multiplied by matrices."""
     stream = recording.inertial[sensor]
@@ -125,6 +133,21 @@ def test_whole_boards_are_told_from_cables(recording, body):
     deaf = dataclasses.replace(rewired(recording, "left_hand", "right_hand"), ranges=None)
     check = check_sensors(deaf, body)
     assert check.exchanged and not check.inertial_only, "without distances nothing tells"
+
+
+@pytest.mark.parametrize(
+    "pair",
+    [("left_hand", "right_hand"), ("pelvis", "chest"), ("left_thigh", "left_shank"),
+     ("chest", "left_shank")],
+    ids="-".join,
+)  # fmt: skip
+def test_exchanged_receivers_are_named(recording, body, pair):
+    check = check_sensors(crossed(recording, *pair), body)
+    assert [set(group) for group in check.exchanged] == [set(pair)]
+    assert check.ranges_only == check.exchanged and not check.inertial_only
+    assert suspects(check) == set(pair) and not any(check.faults.values())
+    assert "distances look swapped: they fit the place of" in check.findings[pair[0]][0]
+    assert "Their inertial data fit where they are" in check.sentences[0]
 
 
 def test_doubtful_inertial_data_are_not_called_exchanged_cables(recording, body):
@@ -262,6 +285,9 @@ def test_every_pair_over_seeds(seed):
         check = check_sensors(rewired(recording, a, b), body)
         if any(set(g) != {a, b} for g in check.exchanged) or not suspects(check) <= {a, b}:
             missed.append((a, b, "cables"))
+        check = check_sensors(crossed(recording, a, b), body)
+        if any(set(g) != {a, b} for g in check.exchanged) or not suspects(check) <= {a, b}:
+            missed.append((a, b, "receivers"))
     print(f"seed {seed}: {len(pairs) - len(missed)} of {len(pairs)} swaps named; missed {missed}")
     assert not missed
 

@@ -13,8 +13,8 @@ import pytest
 from mocap_jax import so3
 from mocap_jax.body import site_frames
 from mocap_jax.errors import InputError
-from mocap_jax.initialise import RestOptions, declared_pose, rest_pose
-from mocap_jax.recording import Recording, RestHold
+from mocap_jax.initialise import RestOptions, declared_pose, declared_rest, rest_pose
+from mocap_jax.recording import Recording, RestHold, SensorSpec
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "estimate"))
 from synthetic import SENSORS, record, small_body
@@ -88,3 +88,46 @@ def test_declared_pose() -> None:
         declared_pose(RestHold(0, 1, {"elbow": (0.3, 1.0)}), body)
     with pytest.raises(InputError, match="unknown joint 'elbw'; valid: elbow"):
         declared_pose(RestHold(0, 1, {"elbw": (0.3,)}), body)
+
+
+def test_declared_rest_is_the_set_up_as_it_stands(recording: Recording) -> None:
+    body = small_body()
+    hold = RestHold(0.1, 1.2, {"elbow": (0.3,)})
+    setup = dataclasses.replace(recording.setup, rest=hold)
+    options = RestOptions(
+        pose_sigma=0.2, mounting_sigma=0.3, accelerometer_bias_sigma=0.4, gyroscope_bias_sigma=0.5
+    )
+    rest = declared_rest(dataclasses.replace(recording, setup=setup), body, options)
+    np.testing.assert_array_equal(rest.q, declared_pose(hold, body))
+    np.testing.assert_allclose(rest.covariance, 0.04 * np.eye(body.nv))
+    assert (rest.still.start, rest.still.end, rest.still.declared) == (0.1, 1.2, True)
+    for name, sigma in (("accelerometer_bias", 0.4), ("gyroscope_bias", 0.5)):
+        assert not getattr(rest, name).any()
+        np.testing.assert_array_equal(
+            getattr(rest, f"{name}_std"), np.full((len(SENSORS), 3), sigma)
+        )
+    assert not rest.mounting_rotation.any() and rest.mounting_sigma == 0.3
+    np.testing.assert_array_equal(rest.mounting_std, np.full((len(SENSORS), 3), 0.3))
+    assert rest.mismatch == 1.0, "nothing was tested"
+
+
+def test_declared_rest_has_the_shapes_of_an_estimate(recording: Recording) -> None:
+    """Programs compiled for the one take the other."""
+    body, options = small_body(), RestOptions()
+    declared, found = declared_rest(recording, body, options), rest_pose(recording, body)
+    for field in dataclasses.fields(declared):
+        a, b = (getattr(rest, field.name) for rest in (declared, found))
+        assert np.shape(a) == np.shape(b) and type(a) is type(b), field.name
+
+
+def test_declared_rest_takes_each_sensors_own_site(recording: Recording) -> None:
+    body = small_body()
+    sensors = (SensorSpec("forearm", "upper_arm", 100.0), SensorSpec("upper_arm", "forearm", 100.0))
+    swapped = dataclasses.replace(recording.setup, sensors=sensors)
+    rest = declared_rest(dataclasses.replace(recording, setup=swapped), body, RestOptions())
+    exchanged = {"forearm": "upper_arm", "upper_arm": "forearm"}
+    assert rest.sensors == tuple(recording.inertial)
+    assert rest.sites == tuple(body.site_index(exchanged.get(n, n)) for n in rest.sensors)
+    nowhere = dataclasses.replace(recording.setup, sensors=(SensorSpec("forearm", "knee", 100.0),))
+    with pytest.raises(InputError, match="unknown site 'knee'"):
+        declared_rest(dataclasses.replace(recording, setup=nowhere), body, RestOptions())

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mocap_jax.least_squares import Follow, Outcome, SolverOptions, minimise
-from mocap_jax.least_squares.levenberg_marquardt import NormalEquations
+from mocap_jax.least_squares.problem import NormalEquations
 
 TIGHT = SolverOptions(max_iterations=200, tolerance=1e-9)
 

@@ -28,8 +28,9 @@ from mocap_jax.estimate.derivatives.parameters import (
 from mocap_jax.estimate.sequence.layout import Constants
 from mocap_jax.estimate.sequence.levels import GEOMETRY_KINDS, KINDS, SENSOR_KINDS
 from mocap_jax.estimate.shared_joints import shared_joints
-from mocap_jax.estimate.whole_sequence import Solved, solve_sequence
+from mocap_jax.estimate.whole_sequence import solve_sequence
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
+from mocap_jax.estimate.whole_sequence_run import Run
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution
 
@@ -56,20 +57,20 @@ class Differentiable:
     showed are held (the latter two are parameters).
     """
 
-    def __init__(self, solution: Solution, fixed: Fixed, solved: Solved) -> None:
-        problem = solved.problem
+    def __init__(self, solution: Solution, fixed: Fixed, run: Run) -> None:
+        problem = run.problem
         self.solution = solution
         """The solution that derivatives are taken at."""
         self.parameters = fixed.base
         """Parameters of the solution."""
-        self.sensors = solved.data.sensors
+        self.sensors = run.data.sensors
         """Names of the sensors, in the order of the arrays."""
         self._layout, self._fixed = problem.layout, fixed
         self._weights = problem.weights
         self._sound = jnp.asarray(solution.setup.speed_of_sound)
-        equations, f = problem.factorised(solved.state)
+        equations, f = problem.factorised(run.state)
         self._preconditioner = Preconditioner(f, equations.border)
-        state = solved.state
+        state = run.state
         self._point = Point(jnp.asarray(state.q), jax.tree.map(jnp.asarray, state.constants))
         self._point = self._moved(self.parameters)[0]
 
@@ -122,15 +123,15 @@ def differentiable(
         slopes = jax.grad(error)(estimate.parameters)
         slopes.figures.gyroscope, slopes.measurements.range_distance, slopes.body.site_pos
     """
-    solution, solved = solve_sequence(recording, body, initial=initial, options=options)
+    solution, run = solve_sequence(recording, body, initial=initial, options=options)
     if not solution.status.ok:
         raise SolveError(solution.status.value)
-    return Differentiable(solution, _fixed(recording, solution, solved), solved)
+    return Differentiable(solution, _fixed(recording, solution, run), run)
 
 
-def _fixed(recording: Recording, solution: Solution, solved: Solved) -> Fixed:
+def _fixed(recording: Recording, solution: Solution, run: Run) -> Fixed:
     """What stays, and the parameters of the solution."""
-    problem, data, built, layout = solved.problem, solved.data, solved.built, solved.problem.layout
+    problem, data, built, layout = run.problem, run.data, run.built, run.problem.layout
     known = {
         kind: np.isfinite(np.asarray(getattr(data, kind)))
         for kind in ("accelerometer", "gyroscope")
@@ -140,7 +141,7 @@ def _fixed(recording: Recording, solution: Solution, solved: Solved) -> Fixed:
     rest = np.zeros(len(data.time), bool)
     rest[built.rest_frames] = True
     fixed = Fixed(
-        base=_base(recording, solution, solved),
+        base=_base(recording, solution, run),
         terms=problem.terms,
         declared={k: np.where(np.isfinite(v[0]), v[0], 1.0) for k, v in built.variances.items()},
         model={k: np.where(np.isfinite(v[0]), v[1], 0.0) for k, v in built.variances.items()},
@@ -154,9 +155,9 @@ def _fixed(recording: Recording, solution: Solution, solved: Solved) -> Fixed:
     return jax.tree.map(jnp.asarray, fixed)
 
 
-def _base(recording: Recording, solution: Solution, solved: Solved) -> Parameters:
-    data, levels, terms = solved.data, solved.levels, solved.problem.terms
-    options, noise = solved.options, recording.setup.noise
+def _base(recording: Recording, solution: Solution, run: Run) -> Parameters:
+    data, levels, terms = run.data, run.levels, run.problem.terms
+    options, noise = run.options, recording.setup.noise
     identity = np.array([1.0, 0.0, 0.0, 0.0])
     filled = lambda x, value=0.0: np.where(np.isfinite(x), x, value)  # noqa: E731
     prior = options.prior
@@ -182,5 +183,5 @@ def _base(recording: Recording, solution: Solution, solved: Solved) -> Parameter
         ),
         weights=SensorWeights(sensors, sensors, sensors, np.ones(())),
         model_errors=ModelErrors(**{k: np.asarray(levels.share[k]) for k in KINDS}),
-        body=solved.problem.body,
+        body=run.problem.body,
     )

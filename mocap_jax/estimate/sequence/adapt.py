@@ -22,6 +22,7 @@ import numpy as np
 
 from mocap_jax import linalg
 from mocap_jax.body import difference
+from mocap_jax.estimate.sequence.corner import constant_values
 from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.levels import (
     GEOMETRY_KINDS,
@@ -34,7 +35,7 @@ from mocap_jax.estimate.sequence.levels import (
     prior_from,
     repeats,
 )
-from mocap_jax.estimate.sequence.problem import SequenceProblem, State, constant_values
+from mocap_jax.estimate.sequence.problem import SequenceProblem, State
 from mocap_jax.estimate.sequence.terms import Built
 from mocap_jax.estimate.whole_sequence_options import ConstantsOptions, OptimiseOptions
 from mocap_jax.residuals.robust import weight
@@ -190,7 +191,7 @@ def _constants(
     Other deviations move the constants; how far, the Schur complement S of the poses tells: at the
     solution S z = S_data z_data, where S_data = S - prior is what the recording says by itself.
     """
-    whole = f.corner.T @ f.corner
+    whole = _undamped(f, problem.prior_information)
     data, pull = (
         whole - np.diag(problem.prior_information),
         whole @ constant_values(state.constants),
@@ -202,6 +203,20 @@ def _constants(
         found = _deviations(covariance @ pull, variance, problem.layout, levels, options)
         levels = dataclasses.replace(levels, **found)  # type: ignore[arg-type]
     return {name: getattr(levels, name) for name in declared_deviations(options)}
+
+
+def _undamped(f: linalg.ArrowFactor, prior: np.ndarray) -> np.ndarray:
+    """The Schur complement S without the damping of its diagonal, which is nobody's information.
+
+    That of the poses, which only makes S larger, stays in it. Where rounding leaves less than the
+    prior, there is the prior.
+    """
+    whole = f.corner.T @ f.corner
+    if not f.damping:
+        return whole
+    root = np.sqrt(prior)
+    values, axes = np.linalg.eigh((whole - f.damping * np.eye(len(prior))) / np.outer(root, root))
+    return root[:, None] * ((axes * np.maximum(values, 1.0)) @ axes.T) * root
 
 
 def _deviations(

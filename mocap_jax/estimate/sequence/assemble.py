@@ -17,7 +17,13 @@ from jaxtyping import Float
 
 from mocap_jax.body import Body
 from mocap_jax.compilation_cache import COMPILER_OPTIONS
-from mocap_jax.estimate.sequence import geometry_terms, inertial_terms, pose_terms, range_terms
+from mocap_jax.estimate.sequence import (
+    geometry_terms,
+    inertial_residuals,
+    inertial_terms,
+    pose_terms,
+    range_terms,
+)
 from mocap_jax.estimate.sequence.composite import joint_block, joint_border, joint_gradient
 from mocap_jax.estimate.sequence.geometry_terms import GeometryInformation
 from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
@@ -56,8 +62,8 @@ def _cost(
 ) -> tuple[dict[str, Array], tuple]:  # fmt: skip
     """Squared whitened residuals of the core by kind, and the residuals themselves."""
     core = _core(layout, q)
-    inertial = inertial_terms.residuals(layout, w, constants, terms, weights, body.gravity)
-    kinds = inertial_terms.losses(layout, inertial, terms, weights, core)
+    inertial = inertial_residuals.residuals(layout, w, constants, terms, weights, body.gravity)
+    kinds = inertial_residuals.losses(layout, inertial, terms, weights, core)
     ranges = None
     if layout.use_range:
         ranges = range_terms.residuals(w, terms)

@@ -1,4 +1,4 @@
-"""Inertial residuals of a chunk, and the information they give about each sensor's motion.
+"""The information that inertial residuals give about each sensor's motion.
 
 A residual depends on the pose only through the twist of its sensor in a few frames. So its
 information is first gathered as 6x6 blocks per sensor and pair of frames, all kinds together; the
@@ -20,6 +20,10 @@ from jaxtyping import Float
 
 from mocap_jax import so3
 from mocap_jax.estimate.sequence.geometry_terms import AccelerationRows
+from mocap_jax.estimate.sequence.inertial_residuals import (
+    InertialResiduals,
+    robust_information,
+)
 from mocap_jax.estimate.sequence.layout import (
     CONSTANTS_PER_SENSOR,
     Constants,
@@ -30,21 +34,8 @@ from mocap_jax.estimate.sequence.layout import (
 from mocap_jax.estimate.sequence.window import Window
 from mocap_jax.residuals.inertial import (
     acceleration_jacobian,
-    log_below_pi,
     rate_jacobian,
 )
-from mocap_jax.residuals.robust import loss, weight
-
-
-class InertialResiduals(NamedTuple):
-    """Residuals by centre frame, and the kinematic parts that their Jacobians reuse."""
-
-    acceleration: Float[Array, "n-2 s 3"]
-    """Centres 1 .. n - 2."""
-    rate: Float[Array, "n-1 s 3"]
-    """Intervals 0 .. n - 2."""
-    turned: Float[Array, "n-1 s 3"]
-    orientation: Float[Array, "n s 3"]
 
 
 class SiteInformation(NamedTuple):
@@ -59,53 +50,6 @@ class SiteInformation(NamedTuple):
     constants_gradient: Float[Array, "s 12"]
     accelerations: AccelerationRows | None = None
     """What the segment lengths need."""
-
-
-def residuals(
-    layout: Layout, w: Window, constants: Constants, terms: Terms, weights: Weights, gravity: Array
-) -> InertialResiduals:
-    """All inertial residuals of a chunk (see `residuals.inertial` for the plain functions)."""
-    h = weights.step
-    force = so3.matvec3(w.rotation, terms.force - constants.accelerometer_bias)
-    c = layout.force_weights
-    measured = c[0] * force[:-2] + c[1] * force[1:-1] + c[2] * force[2:]
-    second = (w.position[:-2] - 2 * w.position[1:-1] + w.position[2:]) / h**2
-    turned = log_below_pi(so3.matmul3(jnp.swapaxes(w.rotation[:-1], -1, -2), w.rotation[1:]))
-    rate = terms.rate - constants.gyroscope_bias
-    coning = so3.cross(rate[:-1], rate[1:])
-    orientation = jnp.zeros_like(w.position)
-    if layout.use_orientation:
-        relative = so3.matmul3(jnp.swapaxes(terms.orientation, -1, -2), w.rotation)
-        orientation = so3.log(relative)
-    mean = terms.mean_rate[:-1] - constants.gyroscope_bias
-    return InertialResiduals(
-        second - measured - gravity, turned / h - mean - h / 12 * coning, turned, orientation
-    )
-
-
-def _squared(residual: Array, information: Array) -> Array:
-    return information * (residual * residual).sum(axis=-1)
-
-
-def losses(
-    layout: Layout, r: InertialResiduals, terms: Terms, weights: Weights, core: slice
-) -> dict[str, Float[Array, "c s"]]:
-    """Robust squared whitened norms of the residuals centred in the core, by kind."""
-    start, stop = core.start, core.stop
-    cut = {
-        "accelerometer": (r.acceleration[start - 1 : stop - 1], terms.force_information[core]),
-        "gyroscope": (r.rate[core], terms.rate_information[core]),
-        "orientation": (r.orientation[core], terms.orientation_information[core]),
-    }
-    return {
-        kind: loss(layout.inertial_loss, _squared(*pair), weights.inertial_scale)
-        for kind, pair in cut.items()
-    }
-
-
-def _robust(layout: Layout, residual: Array, information: Array, scale: Array) -> Array:
-    """Information times the weight of the robust loss."""
-    return information * weight(layout.inertial_loss, _squared(residual, information), scale)
 
 
 def information(
@@ -190,7 +134,9 @@ def _add_acceleration(
         weights.step,
         layout.force_weights,
     )
-    info = _robust(layout, r.acceleration, terms.force_information[1:-1], weights.inertial_scale)
+    info = robust_information(
+        layout, r.acceleration, terms.force_information[1:-1], weights.inertial_scale
+    )
     relative = w.position - w.origin[:, None, :]
     alpha = jacobian.alpha
     n = w.position.shape[0]
@@ -264,7 +210,7 @@ def _add_rate(
     jacobian = rate_jacobian(
         (w.rotation[:-1], w.rotation[1:]), r.turned, (rate[:-1], rate[1:]), weights.step
     )
-    info = _robust(layout, r.rate, terms.rate_information[:-1], weights.inertial_scale)
+    info = robust_information(layout, r.rate, terms.rate_information[:-1], weights.inertial_scale)
     weighted_turn = info[..., None, None] * jacobian.turn
     square = _matmul(_transpose(jacobian.turn), weighted_turn)
     pull = (weighted_turn * r.rate[..., :, None]).sum(axis=-2)
@@ -299,7 +245,9 @@ def _add_orientation(
     core: slice,
 ) -> SiteInformation:
     residual = r.orientation[core]
-    info = _robust(layout, residual, terms.orientation_information[core], weights.inertial_scale)
+    info = robust_information(
+        layout, residual, terms.orientation_information[core], weights.inertial_scale
+    )
     inverse = so3.right_jacobian_inverse(residual)
     turn = so3.matmul3(inverse, _transpose(w.rotation[core]))
     weighted_turn = info[..., None, None] * turn

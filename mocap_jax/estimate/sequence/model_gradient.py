@@ -21,7 +21,7 @@ from jaxtyping import Float
 from mocap_jax import so3
 from mocap_jax.body import Body, retract
 from mocap_jax.compilation_cache import COMPILER_OPTIONS
-from mocap_jax.estimate.sequence import inertial_terms, pose_terms, range_terms
+from mocap_jax.estimate.sequence import inertial_residuals, pose_terms, range_terms
 from mocap_jax.estimate.sequence.layout import (
     CONSTANTS_PER_SENSOR,
     Constants,
@@ -87,7 +87,7 @@ def _inertial(
     layout: Layout, body: Body, w: Window, constants: Constants, terms: Terms, weights: Weights,
     core: slice,
 ) -> list[Part]:  # fmt: skip
-    r = inertial_terms.residuals(layout, w, constants, terms, weights, body.gravity)
+    r = inertial_residuals.residuals(layout, w, constants, terms, weights, body.gravity)
     before = slice(core.start - 1, core.stop - 1)
     kinds = (
         (layout.use_acceleration, r.acceleration[before], terms.force_information),

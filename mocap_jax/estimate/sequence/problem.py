@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from mocap_jax import linalg, so3
+from mocap_jax import linalg
 from mocap_jax.body import Body, retract
 from mocap_jax.errors import SolveError
 from mocap_jax.estimate.sequence.assemble import (
@@ -30,14 +30,9 @@ from mocap_jax.estimate.sequence.assemble import (
     pad_frames,
 )
 from mocap_jax.estimate.sequence.border import Border
+from mocap_jax.estimate.sequence.corner import add_chunk, prior_equations
 from mocap_jax.estimate.sequence.jitter import bending, least_damping
-from mocap_jax.estimate.sequence.layout import (
-    CONSTANTS_PER_SENSOR,
-    Constants,
-    Layout,
-    Terms,
-    Weights,
-)
+from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
 from mocap_jax.estimate.sequence.model_gradient import model_gradient, moved_constants
 from mocap_jax.least_squares import Follow, NormalEquations
 
@@ -193,7 +188,7 @@ class SequenceProblem:
             gradient[rows] = out.gradient
             cost += float(out.cost)
             if border is not None:
-                _add_corner(out, corner, slope)
+                add_chunk(out, corner, slope)
                 compact.append(tuple(np.asarray(x) for x in out.border_parts))
                 if spread is not None:
                     border.prepare(i, spread)
@@ -265,20 +260,11 @@ class SequenceProblem:
         return State(q, jax.tree.map(np.asarray, moved))
 
     def _prior(self, constants: Constants) -> tuple[float, np.ndarray, np.ndarray]:
-        """Cost, gradient (m,) and curvature (m, m) of priors on and readings of the constants."""
+        """Cost, gradient (m,) and curvature (m, m) of what is known of the constants besides."""
         m = self.layout.constants
         if not self.layout.use_border:
             return 0.0, np.zeros(m), np.zeros((m, m))
-        values, (read, sure) = constant_values(constants), self.readings
-        jacobian = np.eye(m)
-        turns = np.asarray(so3.right_jacobian_inverse(so3.log(jnp.asarray(constants.mounting))))
-        for i, turn in enumerate(turns):
-            cells = slice(CONSTANTS_PER_SENSOR * i + 6, CONSTANTS_PER_SENSOR * i + 9)
-            jacobian[cells, cells] = turn
-        prior = self.prior_information
-        cost = 0.5 * float((prior * values**2 + sure * (values - read) ** 2).sum())
-        gradient = jacobian.T @ (prior * values + sure * (values - read))
-        return cost, gradient, jacobian.T @ ((prior + sure)[:, None] * jacobian)
+        return prior_equations(constants, self.prior_information, self.readings)
 
     def model(
         self, state: State, x: np.ndarray, z: np.ndarray, *, offset: bool, damping: float = 0.0
@@ -303,32 +289,6 @@ class SequenceProblem:
             kind: np.concatenate([np.asarray(p[kind]) for p in parts])[: self.frames]
             for kind in parts[0]
         }
-
-
-def constant_values(c: Constants) -> Float[np.ndarray, "m"]:
-    """All constants in their order: gyroscope bias, accelerometer bias, mounting rotation vector
-    and offset of each sensor; segment lengths, source positions, speed of sound, range offsets."""
-    turn = np.asarray(so3.log(jnp.asarray(c.mounting)))
-    sensors = np.concatenate([c.gyroscope_bias, c.accelerometer_bias, turn, c.offset], axis=1)
-    g = c.geometry
-    parts = (sensors, g.length, g.source, g.sound, g.range_offset)
-    return np.concatenate([np.ravel(np.asarray(x)) for x in parts])
-
-
-def _add_corner(out: ChunkSystem, corner: np.ndarray, slope: np.ndarray) -> None:
-    """Add what a chunk tells about the constants alone."""
-    own, between = np.asarray(out.corner, float), np.asarray(out.geometry.cross, float)
-    sensors, n, _ = own.shape
-    split = sensors * n
-    for i in range(sensors):
-        cells = slice(n * i, n * i + n)
-        corner[cells, cells] += own[i]
-    between = between.reshape(split, -1)
-    corner[:split, split:] += between
-    corner[split:, :split] += between.T
-    corner[split:, split:] += np.asarray(out.geometry.square, float)
-    slope[:split] += np.ravel(np.asarray(out.corner_gradient, float))
-    slope[split:] += np.asarray(out.geometry.gradient, float)
 
 
 def _frame_axis(name: str) -> int:
