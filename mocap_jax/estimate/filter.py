@@ -95,6 +95,7 @@ def run_ekf(
         seconds_solve=seconds - clock.seconds,
         seconds_compile=clock.seconds,
         statistics=statistics,
+        innovations=run.statistics.normalised,
         options=_option_record(options),
         **_calibration(rest),  # type: ignore[arg-type]
     )

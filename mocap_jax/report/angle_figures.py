@@ -15,7 +15,7 @@ from mocap_jax.metrics.align import interpolate, truth_of
 from mocap_jax.metrics.evaluate import rotation_angle
 from mocap_jax.recording import Recording
 from mocap_jax.report.style import INK, MUTED, RC
-from mocap_jax.report.uncertainty import cardan_std, coordinate_std, relative_rotation_std
+from mocap_jax.report.uncertainty import angle_std, cardan_std, relative_rotation_std
 from mocap_jax.solution import Solution
 from mocap_jax.solution.anatomy import JointAngle, joint_angle_list
 from mocap_jax.solution.angles import joint_angles, root_relative_angles
@@ -212,6 +212,7 @@ def hinge_figure(
         drawn = {name: thinned(s) for name, s in solutions.items()}
         true = next(iter(_truths(recording, drawn).values()), None)
         angles = {name: _named_angles(curve) for name, curve in drawn.items()}
+        deviations = {name: angle_std(solutions[name], c.rows) for name, c in drawn.items()}
         true_angles = _named_angles(true) if true is not None else {}
         for panel, (angle, title) in zip(panels.flat, chosen, strict=False):
             if true is not None and angle.name in true_angles:
@@ -221,7 +222,8 @@ def hinge_figure(
                 values = angles[name].get(angle.name)
                 if values is not None:
                     near = true_angles.get(angle.name)
-                    _hinge_curve(panel, angle, curve, values, near, solutions[name], colours[name])
+                    std = deviations[name].get(angle.name)
+                    _hinge_curve(panel, curve, values, near, std, colours[name])
                     panel.get_lines()[-1].set_label(name)
             panel.set_title(f"{title} [deg]")
         for panel in panels[-1]:
@@ -242,17 +244,15 @@ def _chosen_angles(body: Body, shared: set[str]) -> list[tuple[JointAngle, str]]
 
 def _hinge_curve(
     panel: Axes,
-    angle: JointAngle,
     curve: Curves,
     values: np.ndarray,
     near: np.ndarray | None,
-    solution: Solution,
+    std: np.ndarray | None,
     colour: str,
 ) -> None:
     """One method's angle with its band, turned to be near another curve."""
     if near is not None:
         values = values - _turns(values[:, None], near[:, None])[0]
-    std = _angle_std(solution, angle, curve.rows)
     if std is not None:
         _band(panel, curve.time, values, std, colour)
     panel.plot(curve.time, values, color=colour, lw=1.0)
@@ -262,22 +262,6 @@ def _named_angles(curves: Curves) -> dict[str, np.ndarray]:
     """All joint angles [deg] by name."""
     names, angles = joint_angles(curves.body, Trajectory(curves.time, curves.q))
     return dict(zip(names, np.rad2deg(angles).T, strict=True))
-
-
-def _angle_std(solution: Solution, angle: JointAngle, rows: np.ndarray) -> np.ndarray | None:
-    """Stated standard deviation [rad] of a joint angle in some frames."""
-    topology = solution.body.topology
-    segment = angle.name.split("/")[0]
-    if segment not in topology.body_names:
-        return None
-    b = topology.body_index(segment)
-    if angle.axis >= 0:
-        parent = topology.body_names[topology.body_parent[b]]
-        std = cardan_std(solution, segment, parent, rows)
-        return None if std is None else std[:, angle.axis]
-    hinges = [j for j in topology.joints_of_body(b) if topology.joint_types[j] == "hinge"]
-    std = coordinate_std(solution, int(topology.joint_dof[hinges[0]])) if hinges else None
-    return None if std is None else std[rows]
 
 
 def _finish(

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from clips import load_clip
 
 import mocap_jax as mj
-from clips import load_clip
 from mocap_jax.metrics import JointConsistency, joint_consistency, nees
 
 

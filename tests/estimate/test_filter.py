@@ -12,6 +12,7 @@ from synthetic import record
 from mocap_jax.body import difference
 from mocap_jax.errors import InputError
 from mocap_jax.estimate import EkfOptions, ekf, filter
+from mocap_jax.metrics import nis
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution, Status
 
@@ -59,6 +60,15 @@ def test_smoothing_helps_and_is_surer(
     spread = lambda s: np.trace(s.covariance, axis1=1, axis2=2)  # noqa: E731
     assert (spread(smoothed) <= spread(filtered) * (1 + 1e-9)).all()
     np.testing.assert_allclose(smoothed.trajectory.q[-1], filtered.trajectory.q[-1], atol=1e-12)
+
+
+def test_innovations_are_as_large_as_expected(filtered: Solution, smoothed: Solution) -> None:
+    found = nis(filtered)
+    frames = len(filtered.trajectory.time)
+    assert found["gyroscope"].count == 9 * frames and found["root"].count == 6 * frames
+    # The motion is smoother than the filter's prior, so nothing surprises it.
+    assert all(0.05 < x.value < 1.5 for x in found.values())
+    assert nis(smoothed).keys() == found.keys()
 
 
 def test_result_does_not_depend_on_the_chunks(
