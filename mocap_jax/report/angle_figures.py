@@ -76,12 +76,12 @@ def trunk_figure(
 
     The layout of Vlasic 2007, figure 6. None where the body has none of these segments.
     """
-    shared = _shared_segments(solutions, recording)
+    shared = shared_segments(solutions, recording)
     shown = [n for n in _SHOWN if n in shared]
     if not shown:
         return None
     curves = {name: thinned(s) for name, s in solutions.items()}
-    truths = _truths(recording, curves)
+    truths = truths_of(recording, curves)
     rows = 4 if truths else 3
     with rc_context(RC):
         figure = Figure(figsize=(10.5, 1.75 * rows + 0.5), layout="constrained")
@@ -93,11 +93,11 @@ def trunk_figure(
             if truths:
                 _difference_panel(panels[3, column], segment, solutions, curves, truths, colours)
             panels[-1, column].set_xlabel("time [s]")
-        _finish(figure, panels, solutions, recording)
+        finish(figure, panels, solutions, recording)
     return figure
 
 
-def _truths(recording: Recording | None, curves: dict[str, Curves]) -> dict[str, Curves]:
+def truths_of(recording: Recording | None, curves: dict[str, Curves]) -> dict[str, Curves]:
     """The truth at the times of every method; empty without truth."""
     if recording is None or recording.truth is None:
         return {}
@@ -108,7 +108,8 @@ def _has(recording: Recording | None) -> bool:
     return recording is not None and recording.truth is not None
 
 
-def _shared_segments(solutions: dict[str, Solution], recording: Recording | None) -> set[str]:
+def shared_segments(solutions: dict[str, Solution], recording: Recording | None) -> set[str]:
+    """Segments that all bodies have."""
     sets = [set(s.body.topology.body_names) for s in solutions.values()]
     if recording is not None and recording.truth is not None:
         sets.append(set(truth_of(recording)[0].topology.body_names))
@@ -199,7 +200,7 @@ def hinge_figure(
 
     Bodies without these segments show their first four joint angles instead.
     """
-    shared = _shared_segments(solutions, recording)
+    shared = shared_segments(solutions, recording)
     first = next(iter(solutions.values()))
     chosen = _chosen_angles(first.body, shared)
     if not chosen:
@@ -210,7 +211,7 @@ def hinge_figure(
         figure = Figure(figsize=(10.5, 2.0 * down + 0.5), layout="constrained")
         panels = figure.subplots(down, across, sharex=True, squeeze=False)
         drawn = {name: thinned(s) for name, s in solutions.items()}
-        true = next(iter(_truths(recording, drawn).values()), None)
+        true = next(iter(truths_of(recording, drawn).values()), None)
         angles = {name: _named_angles(curve) for name, curve in drawn.items()}
         deviations = {name: angle_std(solutions[name], c.rows) for name, c in drawn.items()}
         true_angles = _named_angles(true) if true is not None else {}
@@ -228,7 +229,7 @@ def hinge_figure(
             panel.set_title(f"{title} [deg]")
         for panel in panels[-1]:
             panel.set_xlabel("time [s]")
-        _finish(figure, panels, solutions, recording)
+        finish(figure, panels, solutions, recording)
     return figure
 
 
@@ -264,12 +265,13 @@ def _named_angles(curves: Curves) -> dict[str, np.ndarray]:
     return dict(zip(names, np.rad2deg(angles).T, strict=True))
 
 
-def _finish(
+def finish(
     figure: Figure,
     panels: np.ndarray,
     solutions: dict[str, Solution],
     recording: Recording | None,
 ) -> None:
+    """Legend, and a pale stretch for what is not scored."""
     handles, labels = panels.flat[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper right", ncols=len(labels))
     start = max(s.setup.score_from for s in solutions.values())

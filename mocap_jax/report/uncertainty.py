@@ -6,6 +6,8 @@ import numpy as np
 from jaxtyping import Float
 
 from mocap_jax.solution import Solution, propagate
+from mocap_jax.solution.anatomy import anatomical_frames
+from mocap_jax.solution.poses import root_segment
 
 
 def relative_rotation_std(
@@ -43,3 +45,17 @@ def angle_std(solution: Solution, rows: np.ndarray) -> dict[str, Float[np.ndarra
         return {}
     names, std = propagate.joint_angle_std(solution, rows)
     return dict(zip(names, std.T, strict=True))
+
+
+def root_relative_position_std(
+    solution: Solution, segments: list[str], rows: np.ndarray
+) -> Float[np.ndarray, "t n 3"] | None:
+    """Standard deviations [m] of segments' positions in the root segment's anatomical frame."""
+    if solution.covariance is None:
+        return None
+    topology = solution.body.topology
+    chosen = [topology.body_index(n) for n in segments]
+    P = propagate.segment_covariances(solution, rows).position_in_root[:, chosen]
+    R_root_anatomical = anatomical_frames(solution.body)[root_segment(topology)]
+    turned = R_root_anatomical.T @ P @ R_root_anatomical
+    return np.sqrt(np.maximum(np.diagonal(turned, axis1=2, axis2=3), 0.0))

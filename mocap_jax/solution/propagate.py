@@ -44,10 +44,12 @@ def covariance_of(solution: Solution) -> Float[np.ndarray, "t nv nv"]:
     return np.asarray(solution.covariance, np.float64)
 
 
-def segment_covariances(solution: Solution) -> PoseJacobians:
+def segment_covariances(
+    solution: Solution, rows: np.ndarray | slice = slice(None)
+) -> PoseJacobians:
     """Covariances (t, nbody, 3, 3) [rad^2, m^2] in place of the derivatives of `PoseJacobians`."""
-    q = np.asarray(solution.trajectory.q)
-    return map_frames(_segments, (_plain(solution.body),), q, covariance_of(solution))
+    q, P = np.asarray(solution.trajectory.q)[rows], covariance_of(solution)[rows]
+    return map_frames(_segments, (_plain(solution.body),), q, P)
 
 
 def joint_angle_std(
@@ -122,7 +124,7 @@ def _neighbours(solution: Solution) -> tuple[np.ndarray, np.ndarray, np.ndarray,
     if solution.pair_covariance is None:
         raise InputError(
             f"the solution (method {solution.method}) has no covariance of neighbouring poses; "
-            "estimate it with OptimiseOptions(pair_covariance=True)"
+            "estimate it with pair_covariance=True in the options (optimiser or smoother)"
         )
     step = np.diff(np.asarray(solution.trajectory.time))
     q, C = np.asarray(solution.trajectory.q), np.asarray(solution.pair_covariance)
