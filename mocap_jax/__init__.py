@@ -45,7 +45,12 @@ if TYPE_CHECKING:
     from mocap_jax.io import read_solution as read_solution
     from mocap_jax.io import write_recording as write_recording
     from mocap_jax.io import write_solution as write_solution
+    from mocap_jax.metrics import chi_square_band as chi_square_band
+    from mocap_jax.metrics import coverage as coverage
     from mocap_jax.metrics import evaluate as evaluate
+    from mocap_jax.metrics import joint_consistency as joint_consistency
+    from mocap_jax.metrics import nees as nees
+    from mocap_jax.metrics import nis as nis
     from mocap_jax.motion import BUILTIN_MOTIONS as BUILTIN_MOTIONS
     from mocap_jax.motion import Motion as Motion
     from mocap_jax.motion import builtin_motion as builtin_motion
@@ -64,6 +69,7 @@ if TYPE_CHECKING:
     from mocap_jax.simulation import simulate as simulate
     from mocap_jax.solution import Solution as Solution
     from mocap_jax.solution import Status as Status
+    from mocap_jax.solution import uncertainty as uncertainty
     from mocap_jax.trajectory import Trajectory as Trajectory
 
 _HOME = {
@@ -78,7 +84,7 @@ _HOME = {
     "io": (
         "export_motion", "read_recording", "read_solution", "write_recording", "write_solution",
     ),
-    "metrics": ("evaluate",),
+    "metrics": ("chi_square_band", "coverage", "evaluate", "joint_consistency", "nees", "nis"),
     "motion": (
         "BUILTIN_MOTIONS", "Motion", "builtin_motion", "human", "human_like", "load_motion",
         "retarget", "retarget_errors", "segment_lengths", "with_segment_lengths",
@@ -86,7 +92,7 @@ _HOME = {
     "recording": ("Recording", "Setup"),
     "report": ("write_animation", "write_report"),
     "simulation": ("SimulationOptions", "simulate"),
-    "solution": ("Solution", "Status"),
+    "solution": ("Solution", "Status", "uncertainty"),
     "trajectory": ("Trajectory",),
 }  # fmt: skip
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}

@@ -83,6 +83,9 @@ def run_ekf(
     covariance = None
     if options.covariance:
         covariance = np.concatenate([e.covariance for e in estimates])[: len(run.time)]
+    pairs = None
+    if options.pair_covariance:
+        pairs = np.concatenate([e.pair for e in estimates])[: len(run.time) - 1]
     seconds = time.perf_counter() - begin
     return Solution(
         trajectory=Trajectory(np.asarray(run.time), q, v),
@@ -92,10 +95,12 @@ def run_ekf(
         setup=recording.setup,
         remarks=(*rest.remarks, *remarks, *gauge_remarks(use_root)),
         covariance=covariance,
+        pair_covariance=pairs,
         observed=run.observed,
         seconds_solve=seconds - clock.seconds,
         seconds_compile=clock.seconds,
         statistics=statistics,
+        innovations=run.statistics.normalised,
         options=_option_record(options),
         **_calibration(rest),  # type: ignore[arg-type]
     )
@@ -131,7 +136,7 @@ def run_filter(
             bar.update(int(np.asarray(frames.valid).sum()))
         if options.smooth:
             wait_for(programs[1:])
-            estimates = _smooth(run, state, starts, beliefs, options.covariance, bar)
+            estimates = _smooth(run, state, starts, beliefs, options, bar)
     remarks = (f"{skipped} updates were skipped because they were not finite.",) if skipped else ()
     return estimates, run.statistics.table(), remarks
 
@@ -149,7 +154,7 @@ def _estimates(beliefs: State, covariance: bool) -> Estimates:
 
 
 def _smooth(
-    run: FilterRun, last: State, starts: list[State], kept: deque[State], covariance: bool,
+    run: FilterRun, last: State, starts: list[State], kept: deque[State], options: EkfOptions,
     bar: tqdm,
 ) -> list[Estimates]:  # fmt: skip
     """Backward pass over the chunks, last first."""
@@ -161,7 +166,7 @@ def _smooth(
             _, beliefs, _ = filter_chunk(run.body, run.model, run.parameters, start, frames)
         last, estimate = smooth_chunk(
             run.body.topology, run.model.process, run.parameters.dynamics, beliefs, frames.valid,
-            last, following, covariance,
+            last, following, options.covariance, options.pair_covariance,
         )  # fmt: skip
         estimates.append(jax.tree.map(np.asarray, estimate))
         following = jnp.asarray(True)

@@ -23,7 +23,7 @@ from mocap_jax.estimate.filter_frame import (
     filter_frame,
 )
 from mocap_jax.estimate.pose_manifold import pose_manifold
-from mocap_jax.kalman import Dynamics, Innovation, Process, State, smooth_step
+from mocap_jax.kalman import Dynamics, Innovation, Process, State, smooth_pair, smooth_step
 
 
 class Estimates(NamedTuple):
@@ -33,6 +33,8 @@ class Estimates(NamedTuple):
     v: Float[Array, "t nv"]
     covariance: Float[Array, "t nv nv"] | None
     """Marginal of each pose."""
+    pair: Float[Array, "t nv nv"] | None = None
+    """Of the next pose with each; zero for the last of the recording."""
 
 
 @partial(jax.jit, static_argnames="model", compiler_options=COMPILER_OPTIONS)
@@ -51,7 +53,7 @@ def filter_chunk(
 
 @partial(
     jax.jit,
-    static_argnames=("topology", "process", "covariance"),
+    static_argnames=("topology", "process", "covariance", "pairs"),
     compiler_options=COMPILER_OPTIONS,
 )
 def smooth_chunk(
@@ -63,6 +65,7 @@ def smooth_chunk(
     next_state: State,
     next_valid: Bool[Array, ""],
     covariance: bool,
+    pairs: bool = False,
 ) -> tuple[State, Estimates]:
     """Smooth a chunk.
 
@@ -74,6 +77,7 @@ def smooth_chunk(
         next_state: smoothed belief at the first frame after the chunk.
         next_valid: whether there is such a frame.
         covariance: return the marginals.
+        pairs: return the covariances of neighbours too (only with `covariance`).
 
     Returns:
         The smoothed belief at the chunk's first frame, and the estimates.
@@ -83,12 +87,17 @@ def smooth_chunk(
 
     def backward(carry: State, inputs: tuple[State, Array]) -> tuple[State, Estimates]:
         here, follows = inputs
-        smoothed = smooth_step(manifold, process, dynamics, here, carry, covariance)
+        pair = None
+        if pairs:
+            smoothed, pair = smooth_pair(manifold, process, dynamics, here, carry)
+        else:
+            smoothed = smooth_step(manifold, process, dynamics, here, carry, covariance)
         finite = [jnp.isfinite(x).all() for x in smoothed]
         keep = follows & jnp.stack(finite).all()
         smoothed = jax.tree.map(lambda a, b: jnp.where(keep, a, b), smoothed, here)
         marginal = smoothed.covariance[:nv, :nv] if covariance else None
-        return smoothed, Estimates(smoothed.q, smoothed.v, marginal)
+        pair = None if pair is None else jnp.where(keep, pair, 0.0)
+        return smoothed, Estimates(smoothed.q, smoothed.v, marginal, pair)
 
     follows = jnp.concatenate([valid[1:], next_valid[None]])
     return jax.lax.scan(backward, next_state, (beliefs, follows), reverse=True)

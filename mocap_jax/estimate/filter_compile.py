@@ -38,6 +38,7 @@ def compile_filter(
         smooth_chunk.lower(
             run.body.topology, run.model.process, run.parameters.dynamics, beliefs,
             run.chunks[0].valid, last, jax.numpy.asarray(False), options.covariance,
+            options.pair_covariance,
         ).compile()  # fmt: skip
 
     return compile_once(key, *(filtering, smoothing)[: 1 + options.smooth])

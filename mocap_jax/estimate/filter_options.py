@@ -75,6 +75,10 @@ class EkfOptions:
     """What to estimate from the rest hold before filtering."""
     covariance: bool = True
     """Return the marginal covariance of every pose (nv^2 doubles a frame)."""
+    pair_covariance: bool = False
+    """Return the covariance of every pose with the next too, which the uncertainty of velocities
+    needs. The smoother's alone: a filter's estimates of successive frames rest on different
+    data."""
     chunk: int = 128
     """Frames compiled into one call; the checkpoint interval of the smoother."""
     dtype: Literal["float64", "float32"] = "float64"
@@ -87,5 +91,7 @@ class EkfOptions:
             raise unknown_name("root", self.root, _ROOTS)
         if self.dtype not in ("float64", "float32"):
             raise unknown_name("dtype", self.dtype, ("float64", "float32"))
+        if self.pair_covariance and not (self.smooth and self.covariance):
+            raise InputError("pair_covariance=True needs smooth=True and covariance=True")
         if self.chunk < 2:
             raise InputError(f"chunk={self.chunk}: must be at least 2 frames")

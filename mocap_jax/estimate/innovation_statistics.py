@@ -9,6 +9,7 @@ from mocap_jax.estimate.filter_frame import FrameInput
 from mocap_jax.kalman import Innovation
 from mocap_jax.measurement import FrameData
 
+_KINDS = {"D": "range", "R": "root"}
 _NAMES = {"A": "accelerometer", "G": "gyroscope", "O": "orientation"}
 # Whitened size beyond which a value counts as an outlier.
 _OUTLIER = 3.0
@@ -43,6 +44,8 @@ class InnovationStatistics:
         self._sums: dict[str, _Sums] = {}
         self.log_likelihood: dict[str, float] = {}
         """Of all innovations, by kind; the quantity that tuning maximises."""
+        self.normalised: dict[str, dict[str, float]] = {}
+        """By kind as in `Solution.innovations`."""
 
     def add(self, frames: FrameInput, innovations: dict[str, Innovation]) -> int:
         """Take in a chunk; returns how many updates were skipped in it."""
@@ -52,6 +55,7 @@ class InnovationStatistics:
             skipped += int((~np.asarray(innovation.accepted) & valid).sum())
             likelihood = float(np.asarray(innovation.log_likelihood)[valid].sum())
             self.log_likelihood[kind] = self.log_likelihood.get(kind, 0.0) + likelihood
+            self._normalise(kind, innovation, valid)
             whitened = np.asarray(innovation.whitened, float)
             plain = np.asarray(innovation.residual, float)
             if kind in _NAMES:
@@ -62,6 +66,18 @@ class InnovationStatistics:
             else:
                 self._add_ranges(frames, whitened, plain)
         return skipped
+
+    def _normalise(self, kind: str, innovation: Innovation, valid: np.ndarray) -> None:
+        """Add up normalised innovations squared of the updates that were made."""
+        made = np.asarray(innovation.accepted) & valid
+        # Inactive entries are exactly zero.
+        count = int((np.asarray(innovation.whitened)[made] != 0).sum())
+        if not count:
+            return
+        name = (_NAMES | _KINDS)[kind]
+        sums = self.normalised.setdefault(name, {"squared": 0.0, "count": 0})
+        sums["squared"] += float(np.asarray(innovation.nis, float)[made].sum())
+        sums["count"] += count
 
     def _add_sensors(self, kind: str, whitened: np.ndarray, plain: np.ndarray) -> None:
         for i, sensor in enumerate(self._sensors):

@@ -141,6 +141,9 @@ class OptimiseOptions:
     solver: SolverOptions = field(default_factory=SolverOptions)
     covariance: bool = True
     """Compute the marginal covariance of every pose."""
+    pair_covariance: bool = False
+    """Compute the covariance of every pose with the next too (nv^2 doubles a frame more): what the
+    uncertainty of velocities needs. Only with `covariance`."""
     chunk: int = 128
     """Frames per traced chunk."""
     dtype: Literal["float64", "float32"] = "float64"

@@ -159,10 +159,10 @@ class Run:
     ) -> Solution:  # fmt: skip
         state, layout = result.state, self.built.layout
         status, remarks = _STATUS[result.outcome], [result.message] if result.message else []
-        covariance, deviations = None, np.full(layout.constants, np.nan)
+        covariance, pairs, deviations = None, None, np.full(layout.constants, np.nan)
         if status.ok:
             try:
-                covariance, deviations = self._covariance(state)
+                covariance, pairs, deviations = self._covariance(state)
             except SolveError as error:
                 status = Status.UNDETERMINED
                 remarks.append(_undetermined(str(error), root_given=root_given))
@@ -174,6 +174,7 @@ class Run:
             setup=recording.setup,
             remarks=(*recording.salvage, *remarks, *gauge_remarks(root_given)),
             covariance=covariance,
+            pair_covariance=pairs,
             observed=observed_joints(self.body, self.data),
             cost=tuple(self.cost),
             iterations=self.iterations,
@@ -184,15 +185,18 @@ class Run:
             **_calibration(state, deviations, self.data.sensors, layout),  # type: ignore[arg-type]
         )
 
-    def _covariance(self, state: State) -> tuple[np.ndarray | None, np.ndarray]:
+    def _covariance(self, state: State) -> tuple[np.ndarray | None, np.ndarray | None, np.ndarray]:
+        """Of poses and of neighbouring poses, as wanted, and deviations of the constants."""
         layout = self.built.layout
         deviations = np.full(layout.constants, np.nan)
         equations, f = self.problem.factorised(state)
         if layout.use_border:
             deviations = np.sqrt(np.diag(linalg.corner_covariance(f)))
         if not self.options.covariance:
-            return None, deviations
-        return linalg.marginals(f, equations.border), deviations
+            return None, None, deviations
+        if not self.options.pair_covariance:
+            return linalg.marginals(f, equations.border), None, deviations
+        return *linalg.pair_marginals(f, equations.border), deviations
 
     def _velocity(self, state: State) -> np.ndarray:
         """Central differences of the poses, in the tangent space."""

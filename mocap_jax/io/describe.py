@@ -173,7 +173,7 @@ def _solution(solution: Solution) -> list[str]:
         f"status: {solution.status.value}",
         f"poses: {_rate(time).replace('samples', 'frames')}",
         f"duration: {time[-1] - time[0]:.3f} s (from {time[0]:.3f} s to {time[-1]:.3f} s)",
-        f"covariance: {'every frame' if solution.covariance is not None else 'none'}",
+        f"covariance: {_covariance(solution)}",
     ]
     if solution.iterations:
         tried = f"iterations: {solution.iterations} (steps tried, all rounds)"
@@ -186,6 +186,12 @@ def _solution(solution: Solution) -> list[str]:
         lines.append(f"observed joints: {', '.join(solution.observed)}")
     lines += _body(solution.body) + _setup(solution.setup)
     return lines + [f"remark: {text}" for text in solution.remarks]
+
+
+def _covariance(solution: Solution) -> str:
+    if solution.covariance is None:
+        return "none"
+    return "every frame" + (", and neighbours" if solution.pair_covariance is not None else "")
 
 
 def _motion(path: str | os.PathLike[str]) -> list[str]:

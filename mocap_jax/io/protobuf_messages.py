@@ -1,6 +1,7 @@
 """Our own protobuf messages, built at run time: no compiler, no generated code.
 
-`mocap_jax.Range` is one ultrasonic distance, `mocap_jax.Covariance` the covariance of one pose.
+`mocap_jax.Range` is one ultrasonic distance, `mocap_jax.Covariance` the covariance of one pose,
+`mocap_jax.PairCovariance` that of a pose with the one before.
 Their definitions travel inside every file, as MCAP demands.
 """
 
@@ -33,6 +34,12 @@ _MESSAGES = {
         ("dimension", _FIELD.TYPE_UINT32),
         ("upper", (_FIELD.TYPE_DOUBLE,)),  # Upper triangle, row by row.
     ),
+    "PairCovariance": (
+        ("stamp", _TIMESTAMP),  # Of the earlier pose.
+        ("next_stamp", _TIMESTAMP),  # Of the later pose.
+        ("dimension", _FIELD.TYPE_UINT32),
+        ("values", (_FIELD.TYPE_DOUBLE,)),  # Row by row; rows: later, columns: earlier pose.
+    ),
 }
 
 
@@ -63,10 +70,13 @@ def _build() -> dict[str, Any]:
 _CLASSES = _build()
 Range = _CLASSES["Range"]
 Covariance = _CLASSES["Covariance"]
+PairCovariance = _CLASSES["PairCovariance"]
 
 __all__ = [
-    "Covariance", "FrameTransforms", "PoseInFrame", "Range", "decode_covariances", "decode_poses",
-    "decode_ranges", "encode_covariances", "encode_poses", "encode_ranges", "encode_transforms",
+    "Covariance", "FrameTransforms", "PairCovariance", "PoseInFrame", "Range",
+    "decode_covariances", "decode_pair_covariances", "decode_poses", "decode_ranges",
+    "encode_covariances", "encode_pair_covariances", "encode_poses", "encode_ranges",
+    "encode_transforms",
 ]  # fmt: skip
 
 
@@ -199,3 +209,27 @@ def decode_covariances(payloads: Sequence[bytes]) -> tuple[np.ndarray, np.ndarra
         out[:, rows, columns] = np.stack(uppers)
         out[:, columns, rows] = out[:, rows, columns]
     return np.array(stamps, np.int64), out
+
+
+def encode_pair_covariances(stamps_ns: np.ndarray, pairs: np.ndarray) -> list[bytes]:
+    """Encode PairCovariance messages of n + 1 stamps, pairs (n, d, d): later, earlier pose."""
+    out, times = [], stamps_ns.tolist()
+    for before, after, values in zip(times[:-1], times[1:], pairs, strict=True):
+        message = PairCovariance(dimension=len(values), values=values.ravel().tolist())
+        _set_stamp(message.stamp, before)
+        _set_stamp(message.next_stamp, after)
+        out.append(message.SerializeToString())
+    return out
+
+
+def decode_pair_covariances(
+    payloads: Sequence[bytes],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Stamps of the earlier and of the later pose [ns], covariances (n, d, d)."""
+    messages = [PairCovariance.FromString(p) for p in payloads]
+    if len({m.dimension for m in messages}) > 1:
+        raise InputError("covariances of different dimensions in one topic")
+    d = messages[0].dimension if messages else 0
+    before = np.array([_nanoseconds(m.stamp) for m in messages], np.int64)
+    after = np.array([_nanoseconds(m.next_stamp) for m in messages], np.int64)
+    return before, after, np.array([m.values for m in messages], np.float64).reshape(-1, d, d)

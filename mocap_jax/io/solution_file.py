@@ -10,22 +10,20 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
-from jax import Array, device_put
+from jax import device_put
 
 from mocap_jax.body import Body, load_body
 from mocap_jax.errors import InputError
-from mocap_jax.io import protobuf_messages as pb
 from mocap_jax.io.array_archive import pack_arrays, unpack_arrays
+from mocap_jax.io.mcap_covariance import add_covariances, read_covariances
 from mocap_jax.io.mcap_read import DAMAGE, Contents, read_contents
-from mocap_jax.io.mcap_trajectory import add_trajectory, file_start, read_trajectory
-from mocap_jax.io.mcap_write import FORMAT_VERSION, METADATA_NAME, McapFile, stamps_from_seconds
+from mocap_jax.io.mcap_trajectory import add_trajectory, read_trajectory
+from mocap_jax.io.mcap_write import FORMAT_VERSION, METADATA_NAME, McapFile
 from mocap_jax.io.recording_reader import kind_of
 from mocap_jax.io.setup_toml import setup_from_toml, setup_to_toml
 from mocap_jax.solution import Solution, Status
-from mocap_jax.trajectory import Trajectory
 
 _PREFIX = "/solution"
-_COVARIANCE = "/solution/covariance"
 _JSON, _BODY_ARRAYS = "solution.json", "body_arrays.npz"
 
 
@@ -45,17 +43,7 @@ def write_solution(path: str | os.PathLike[str], solution: Solution) -> None:
     file.attach(_JSON, "application/json", json.dumps(_summary(solution), allow_nan=False))
     _attach_changed_arrays(file, solution.body)
     add_trajectory(file, _PREFIX, solution.body, solution.trajectory)
-    if solution.covariance is not None:
-        covariance = np.asarray(solution.covariance, np.float64)
-        time = np.asarray(solution.trajectory.time)
-        if covariance.shape != (len(time), solution.body.nv, solution.body.nv):
-            raise InputError(
-                f"covariance of shape {covariance.shape} does not fit {len(time)} poses of "
-                f"{solution.body.nv} degrees of freedom"
-            )
-        stamps = stamps_from_seconds(time, file.start_utc_ns, _COVARIANCE)
-        payloads = pb.encode_covariances(stamps, covariance)
-        file.add_topic(_COVARIANCE, pb.Covariance, stamps, payloads)
+    add_covariances(file, solution)
     file.write(path)
 
 
@@ -101,7 +89,8 @@ def _solution(path: str | os.PathLike[str], contents: Contents) -> Solution:
             raise InputError(f"attachment {needed} is absent{_because(lost)}")
     body = _read_body(contents)
     trajectory = read_trajectory(contents, _PREFIX, body.topology)
-    trajectory, covariance = _read_covariance(contents, trajectory)
+    trajectory, covariance, pairs, missing = read_covariances(contents, trajectory)
+    lost += missing
     summary = _restore(json.loads(contents.attachments[_JSON]))
     setup = contents.attachments.get("setup.toml", b"").decode()
     arrays = lambda key: {k: np.array(v, np.float64) for k, v in summary[key].items()}  # noqa: E731
@@ -113,12 +102,14 @@ def _solution(path: str | os.PathLike[str], contents: Contents) -> Solution:
         setup=setup_from_toml(setup, f"{path}: setup.toml"),
         remarks=tuple(summary["remarks"]) + tuple(f"Salvaged: {text}." for text in lost),
         covariance=covariance,
+        pair_covariance=pairs,
         observed=tuple(summary["observed"]),
         cost=tuple(summary["cost"]),
         iterations=summary["iterations"],
         seconds_solve=summary["seconds_solve"],
         seconds_compile=summary["seconds_compile"],
         statistics=summary["statistics"],
+        innovations=summary.get("innovations", {}),
         calibration=arrays("calibration"),
         calibration_std=arrays("calibration_std"),
         options=summary["options"],
@@ -156,20 +147,6 @@ def _read_body(contents: Contents) -> Body:
     return body.replace(**{name: device_put(value) for name, value in arrays.items()})
 
 
-def _read_covariance(contents: Contents, trajectory: Trajectory) -> tuple[Trajectory, Array | None]:
-    if not contents.payloads.get(_COVARIANCE):
-        return trajectory, None
-    stamps, covariance = pb.decode_covariances(contents.payloads[_COVARIANCE])
-    own = np.rint(np.asarray(trajectory.time) * 1e9).astype(np.int64) + file_start(contents)
-    if np.array_equal(own, stamps):
-        return trajectory, device_put(covariance)
-    # A truncated file can hold fewer messages on one of the topics.
-    _, keep, rows = np.intersect1d(own, stamps, return_indices=True)
-    v = None if trajectory.v is None else trajectory.v[keep]
-    kept = Trajectory(trajectory.time[keep], trajectory.q[keep], v)
-    return kept, device_put(covariance[rows])
-
-
 # Everything else, as JSON. Its numbers are finite, so others are written as text.
 
 _SPECIAL = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
@@ -178,7 +155,7 @@ _SPECIAL = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 def _summary(solution: Solution) -> dict[str, Any]:
     plain = (
         "method", "remarks", "observed", "cost", "iterations", "seconds_solve", "seconds_compile",
-        "statistics", "calibration", "calibration_std", "options",
+        "statistics", "innovations", "calibration", "calibration_std", "options",
     )  # fmt: skip
     return {
         "status": solution.status.name,

@@ -9,11 +9,12 @@ from mocap_jax.kalman.predict import (
     process_noise,
     transition,
 )
-from mocap_jax.kalman.smooth import smooth_step
+from mocap_jax.kalman.smooth import smooth_pair, smooth_step
 from mocap_jax.kalman.state import State
 from mocap_jax.kalman.update import Innovation, apply, correct, update
 
 __all__ = [
     "Dynamics", "Innovation", "Manifold", "Process", "State", "apply", "butterworth_rate",
-    "correct", "predict", "process_noise", "smooth_step", "transition", "update", "vector_space",
+    "correct", "predict", "process_noise", "smooth_pair", "smooth_step", "transition", "update",
+    "vector_space",
 ]  # fmt: skip

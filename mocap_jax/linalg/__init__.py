@@ -13,12 +13,12 @@ from mocap_jax.linalg.arrow import (
     solve_banded,
     solve_corner,
 )
-from mocap_jax.linalg.marginals import marginals
+from mocap_jax.linalg.marginals import marginals, pair_marginals
 from mocap_jax.linalg.refine import refine, shifted_factor
 from mocap_jax.linalg.scan import ScanFactor, scan_factor, scan_solve
 
 __all__ = [
     "ArrowFactor", "BorderBlocks", "Factoring", "ScanFactor", "backward", "corner_covariance",
-    "factor", "forward", "marginals", "refine", "sample", "scan_factor", "scan_solve",
-    "shifted_factor", "solve", "solve_banded", "solve_corner",
+    "factor", "forward", "marginals", "pair_marginals", "refine", "sample", "scan_factor",
+    "scan_solve", "shifted_factor", "solve", "solve_banded", "solve_corner",
 ]  # fmt: skip

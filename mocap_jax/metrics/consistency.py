@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import jax
 import numpy as np
 from jaxtyping import Float
-from scipy.stats import norm
+from scipy.stats import chi2, norm
 
 from mocap_jax.body import Body, difference
 from mocap_jax.body.topology import DOF_WIDTH
-from mocap_jax.errors import InputError
+from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.metrics.align import align
 from mocap_jax.metrics.observed import observed_segments
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution
-from mocap_jax.solution.poses import map_frames
+from mocap_jax.solution.poses import map_frames, root_segment
+
+Part = Literal["pose", "joints"]
 
 
 @jax.jit
@@ -44,24 +47,73 @@ def tangent_errors(
     return error, np.asarray(solution.covariance)[pair.frames]
 
 
-def nees(
-    solution: Solution, reference: Recording | Solution, *, from_time: float | None = None
-) -> Float[np.ndarray, "t"]:
-    """Normalised estimation error squared per degree of freedom, frame by frame.
+def chi_square_band(count: int, level: float = 0.95) -> tuple[float, float]:
+    """Interval of the mean of `count` squared independent standard normal values.
 
-    e' P^-1 e / nv with e the error in the tangent space at the estimate. Its mean is 1 when the
-    covariance is honest; above 1 the estimate is overconfident. NaN where P is not positive
-    definite (directions that nothing determines have no finite covariance).
+    A mean NEES or NIS per degree of freedom lies inside with probability `level` when covariances
+    are honest and the values independent. `count` is runs x degrees of freedom: errors of
+    successive frames of one run are alike, so frames do not count.
+    """
+    _check_level(level)
+    if count < 1:
+        raise InputError(f"count={count}: must be at least 1")
+    low, high = chi2.ppf([0.5 - level / 2, 0.5 + level / 2], count) / count
+    return float(low), float(high)
+
+
+def nees(
+    solution: Solution,
+    reference: Recording | Solution,
+    *,
+    part: Part = "pose",
+    from_time: float | None = None,
+) -> Float[np.ndarray, "t"]:
+    """Normalised estimation error squared (NEES) per degree of freedom, frame by frame.
+
+    e' P^-1 e / n, with e the error in the tangent space at the estimate (true pose =
+    `retract(q, e)`), P its covariance and n the number of degrees of freedom. n times it has a
+    chi-square distribution of n degrees of freedom when P is honest, so the mean is 1; above 1
+    the estimate is overconfident. `chi_square_band` gives the interval of a mean over runs.
+
+    Args:
+        solution: an estimate with covariance.
+        reference: a recording with truth, or another solution, on a body of the same structure.
+        part: "pose": all degrees of freedom, for estimates whose root pose was given (it then has
+            the covariance of that measurement). "joints": those that do not move the root
+            segment, with their marginal covariance: the choice for a free root, whose position and
+            heading nothing measures.
+        from_time: first time scored [s]; default `solution.setup.score_from`.
+
+    Returns:
+        One value a frame. NaN where P is not positive definite (directions that nothing determines
+        have no finite covariance).
+
+    Raises:
+        InputError: no covariance, bodies of different structure, or another `part`.
     """
     error, covariance = tangent_errors(solution, reference, from_time)
+    chosen = _dofs_of(solution.body, part)
     out = np.full(len(error), np.nan)
     for k, (e, P) in enumerate(zip(error, covariance, strict=True)):
         try:
-            whitened = np.linalg.solve(np.linalg.cholesky(P), e)
+            root = np.linalg.cholesky(P[np.ix_(chosen, chosen)])
         except np.linalg.LinAlgError:
             continue
-        out[k] = whitened @ whitened / len(e)
+        whitened = np.linalg.solve(root, e[chosen])
+        out[k] = whitened @ whitened / len(chosen)
     return out
+
+
+def _dofs_of(body: Body, part: Part) -> np.ndarray:
+    if part == "pose":
+        return np.arange(body.nv)
+    if part != "joints":
+        raise unknown_name("part", part, ("pose", "joints"))
+    topology = body.topology
+    joints = np.flatnonzero(~np.asarray(topology.body_dofs, bool)[root_segment(topology)])
+    if not len(joints):
+        raise InputError("the body has no joints beside the root's; valid: part='pose'")
+    return joints
 
 
 def coverage(
@@ -74,13 +126,18 @@ def coverage(
     """Share of frames, for each degree of freedom, in which the truth lies in its interval.
 
     The interval is the central one of the given level of a normal distribution with the stated
-    standard deviation; honest covariances give about `level`.
+    standard deviation; honest covariances give about `level`. Degrees of freedom are in the order
+    of `solution.poses.dof_names`; those of the root mean something only where its pose was given.
     """
-    if not 0 < level < 1:
-        raise InputError(f"level {level:g}: must lie between 0 and 1 (for example 0.95)")
+    _check_level(level)
     error, covariance = tangent_errors(solution, reference, from_time)
     variance = np.diagonal(covariance, axis1=1, axis2=2)
     return (np.abs(error) <= _bound(variance, level)).mean(axis=0)
+
+
+def _check_level(level: float) -> None:
+    if not 0 < level < 1:
+        raise InputError(f"level {level:g}: must lie between 0 and 1 (for example 0.95)")
 
 
 def _bound(variance: Float[np.ndarray, "*b"], level: float) -> Float[np.ndarray, "*b"]:
@@ -128,8 +185,7 @@ def joint_consistency(
         InputError: no covariance, bodies of different structure, no observed joint, or a level
             outside 0 to 1.
     """
-    if not 0 < level < 1:
-        raise InputError(f"level {level:g}: must lie between 0 and 1 (for example 0.95)")
+    _check_level(level)
     error, covariance = tangent_errors(solution, reference, from_time)
     chosen, joints = _observed_dofs(solution)
     error = error[:, chosen]

@@ -15,7 +15,7 @@ from mocap_jax.metrics.align import interpolate, truth_of
 from mocap_jax.metrics.evaluate import rotation_angle
 from mocap_jax.recording import Recording
 from mocap_jax.report.style import INK, MUTED, RC
-from mocap_jax.report.uncertainty import cardan_std, coordinate_std, relative_rotation_std
+from mocap_jax.report.uncertainty import angle_std, cardan_std, relative_rotation_std
 from mocap_jax.solution import Solution
 from mocap_jax.solution.anatomy import JointAngle, joint_angle_list
 from mocap_jax.solution.angles import joint_angles, root_relative_angles
@@ -76,12 +76,12 @@ def trunk_figure(
 
     The layout of Vlasic 2007, figure 6. None where the body has none of these segments.
     """
-    shared = _shared_segments(solutions, recording)
+    shared = shared_segments(solutions, recording)
     shown = [n for n in _SHOWN if n in shared]
     if not shown:
         return None
     curves = {name: thinned(s) for name, s in solutions.items()}
-    truths = _truths(recording, curves)
+    truths = truths_of(recording, curves)
     rows = 4 if truths else 3
     with rc_context(RC):
         figure = Figure(figsize=(10.5, 1.75 * rows + 0.5), layout="constrained")
@@ -93,11 +93,11 @@ def trunk_figure(
             if truths:
                 _difference_panel(panels[3, column], segment, solutions, curves, truths, colours)
             panels[-1, column].set_xlabel("time [s]")
-        _finish(figure, panels, solutions, recording)
+        finish(figure, panels, solutions, recording)
     return figure
 
 
-def _truths(recording: Recording | None, curves: dict[str, Curves]) -> dict[str, Curves]:
+def truths_of(recording: Recording | None, curves: dict[str, Curves]) -> dict[str, Curves]:
     """The truth at the times of every method; empty without truth."""
     if recording is None or recording.truth is None:
         return {}
@@ -108,7 +108,8 @@ def _has(recording: Recording | None) -> bool:
     return recording is not None and recording.truth is not None
 
 
-def _shared_segments(solutions: dict[str, Solution], recording: Recording | None) -> set[str]:
+def shared_segments(solutions: dict[str, Solution], recording: Recording | None) -> set[str]:
+    """Segments that all bodies have."""
     sets = [set(s.body.topology.body_names) for s in solutions.values()]
     if recording is not None and recording.truth is not None:
         sets.append(set(truth_of(recording)[0].topology.body_names))
@@ -199,7 +200,7 @@ def hinge_figure(
 
     Bodies without these segments show their first four joint angles instead.
     """
-    shared = _shared_segments(solutions, recording)
+    shared = shared_segments(solutions, recording)
     first = next(iter(solutions.values()))
     chosen = _chosen_angles(first.body, shared)
     if not chosen:
@@ -210,8 +211,9 @@ def hinge_figure(
         figure = Figure(figsize=(10.5, 2.0 * down + 0.5), layout="constrained")
         panels = figure.subplots(down, across, sharex=True, squeeze=False)
         drawn = {name: thinned(s) for name, s in solutions.items()}
-        true = next(iter(_truths(recording, drawn).values()), None)
+        true = next(iter(truths_of(recording, drawn).values()), None)
         angles = {name: _named_angles(curve) for name, curve in drawn.items()}
+        deviations = {name: angle_std(solutions[name], c.rows) for name, c in drawn.items()}
         true_angles = _named_angles(true) if true is not None else {}
         for panel, (angle, title) in zip(panels.flat, chosen, strict=False):
             if true is not None and angle.name in true_angles:
@@ -221,12 +223,13 @@ def hinge_figure(
                 values = angles[name].get(angle.name)
                 if values is not None:
                     near = true_angles.get(angle.name)
-                    _hinge_curve(panel, angle, curve, values, near, solutions[name], colours[name])
+                    std = deviations[name].get(angle.name)
+                    _hinge_curve(panel, curve, values, near, std, colours[name])
                     panel.get_lines()[-1].set_label(name)
             panel.set_title(f"{title} [deg]")
         for panel in panels[-1]:
             panel.set_xlabel("time [s]")
-        _finish(figure, panels, solutions, recording)
+        finish(figure, panels, solutions, recording)
     return figure
 
 
@@ -242,17 +245,15 @@ def _chosen_angles(body: Body, shared: set[str]) -> list[tuple[JointAngle, str]]
 
 def _hinge_curve(
     panel: Axes,
-    angle: JointAngle,
     curve: Curves,
     values: np.ndarray,
     near: np.ndarray | None,
-    solution: Solution,
+    std: np.ndarray | None,
     colour: str,
 ) -> None:
     """One method's angle with its band, turned to be near another curve."""
     if near is not None:
         values = values - _turns(values[:, None], near[:, None])[0]
-    std = _angle_std(solution, angle, curve.rows)
     if std is not None:
         _band(panel, curve.time, values, std, colour)
     panel.plot(curve.time, values, color=colour, lw=1.0)
@@ -264,28 +265,13 @@ def _named_angles(curves: Curves) -> dict[str, np.ndarray]:
     return dict(zip(names, np.rad2deg(angles).T, strict=True))
 
 
-def _angle_std(solution: Solution, angle: JointAngle, rows: np.ndarray) -> np.ndarray | None:
-    """Stated standard deviation [rad] of a joint angle in some frames."""
-    topology = solution.body.topology
-    segment = angle.name.split("/")[0]
-    if segment not in topology.body_names:
-        return None
-    b = topology.body_index(segment)
-    if angle.axis >= 0:
-        parent = topology.body_names[topology.body_parent[b]]
-        std = cardan_std(solution, segment, parent, rows)
-        return None if std is None else std[:, angle.axis]
-    hinges = [j for j in topology.joints_of_body(b) if topology.joint_types[j] == "hinge"]
-    std = coordinate_std(solution, int(topology.joint_dof[hinges[0]])) if hinges else None
-    return None if std is None else std[rows]
-
-
-def _finish(
+def finish(
     figure: Figure,
     panels: np.ndarray,
     solutions: dict[str, Solution],
     recording: Recording | None,
 ) -> None:
+    """Legend, and a pale stretch for what is not scored."""
     handles, labels = panels.flat[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper right", ncols=len(labels))
     start = max(s.setup.score_from for s in solutions.values())

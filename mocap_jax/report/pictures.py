@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from mocap_jax.recording import Recording
 from mocap_jax.report.angle_figures import hinge_figure, trunk_figure
 from mocap_jax.report.confidence_figure import confidence_figure
+from mocap_jax.report.position_figure import position_figure
 from mocap_jax.report.range_figures import range_matrices
 from mocap_jax.report.statistic_figures import cost_figure, residual_figure
 from mocap_jax.report.statistic_streams import (
@@ -22,7 +23,7 @@ from mocap_jax.report.strip import motion_strip
 from mocap_jax.report.style import embedded, embedded_raster
 from mocap_jax.solution import Solution
 
-_NAMES = ("trunk", "hinges", "bars", "cost", "confidence", "constants", "rest")
+_NAMES = ("trunk", "hinges", "ends", "bars", "cost", "confidence", "constants", "rest")
 
 
 @dataclass(frozen=True)
@@ -105,6 +106,11 @@ def _motion(
         "hinges": _raster(
             hinge_figure(solutions, palette, reference),
             "Flexion of elbows and knees." + against + band,
+        ),
+        "ends": _raster(
+            position_figure(solutions, palette, reference),
+            "Hands and feet in the frame of the pelvis." + against + band + " They leave out how "
+            "well the pelvis itself is known, and wrong segment lengths.",
         ),
     }  # fmt: skip
 

@@ -50,7 +50,10 @@ class Solution:
     remarks: tuple[str, ...] = ()
     """Sentences for the user: what was salvaged, what the data cannot determine, ..."""
     covariance: Float[Array, "t nv nv"] | None = None
-    """Marginal covariance of each pose, in the tangent space at it."""
+    """Marginal covariance of each pose, in the tangent space at it: of the delta with true pose
+    `retract(q, delta)` [rad^2, m^2]."""
+    pair_covariance: Float[Array, "t-1 nv nv"] | None = None
+    """Covariance of pose k + 1 (rows) with pose k (columns), each in the tangent space at it."""
     observed: tuple[str, ...] = ()
     """Bodies (child segments) whose joint the used sensors observe."""
     cost: tuple[float, ...] = ()
@@ -69,6 +72,9 @@ class Solution:
     by their precision, so that doubtful ranges count little. Ranges have `heard` (those with a
     confidence above 0), `rejected` (share of these not used: receiver behind the source) and
     `lowered` (share of those used whose weight the robust treatment lowers below half)."""
+    innovations: dict[str, dict[str, float]] = field(default_factory=dict)
+    """Of the filter, by kind of measurement (`accelerometer`, `range`, ...): `squared`, the sum of
+    the normalised innovations squared, and `count`, its degrees of freedom (see `metrics.nis`)."""
     calibration: dict[str, np.ndarray] = field(default_factory=dict)
     """Estimated constants by name: `gyroscope_bias/<sensor>` [rad/s], `accelerometer_bias/...`
     [m/s^2], `mounting_rotation/...` (rotation vector, rad, sensor frame)."""

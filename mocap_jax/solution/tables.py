@@ -22,9 +22,12 @@ def solution_to_xarray(solution: Solution) -> xarray.Dataset:
 
     Variables: `joint_angle` (time, angle) [rad], `segment_position` (time, segment, xyz) [m] and
     `segment_rotation` (time, segment, row, column) in the world frame, `standard_deviation`
-    (time, dof) [rad or m] in the tangent space of the pose. Units stand in the attributes.
+    (time, dof) [rad or m] in the tangent space of the pose, and the standard deviations and rates
+    of `uncertainty`. Units stand in the attributes.
     """
     import xarray
+
+    from mocap_jax.solution.uncertainty import uncertainty
 
     topology = solution.body.topology
     names, angles = joint_angles(solution.body, solution.trajectory)
@@ -51,7 +54,11 @@ def solution_to_xarray(solution: Solution) -> xarray.Dataset:
         )  # fmt: skip
         coordinates["dof"] = list(dof_names(topology))
     attributes = {"method": solution.method, "status": solution.status.value}
-    return xarray.Dataset(variables, coordinates, attributes)
+    table = xarray.Dataset(variables, coordinates, attributes)
+    if solution.covariance is None:
+        return table
+    stated = uncertainty(solution)
+    return table.merge(stated.drop_dims("xyz_other"), combine_attrs="override")
 
 
 def solution_to_dataframe(solution: Solution) -> pandas.DataFrame:

@@ -8,11 +8,13 @@ from benchmarks.filter_speed import realtime_factor
 from benchmarks.iteration import border_ratio, over_lapack
 from benchmarks.memory import peak_memory
 from benchmarks.metric import Metric
+from benchmarks.selected_inverse import selected_inverse
 from benchmarks.start_up import cold_start, warm_overhead
 
 METRICS: dict[str, Callable[[], Metric]] = {
     "optimise_iteration_over_lapack": over_lapack,
     "border_cost_ratio": border_ratio,
+    "selected_inverse_over_factor": selected_inverse,
     "ekf_realtime_factor": realtime_factor,
     "cold_start_s": cold_start,
     "warm_overhead_s": warm_overhead,

@@ -33,6 +33,7 @@ from mocap_jax.recording import (
 from mocap_jax.simulation.rig import build_rig, inertial_readings
 from mocap_jax.simulation.spline import PoseSpline
 from mocap_jax.solution import Solution, Status
+from mocap_jax.solution.propagate import velocity_std
 from mocap_jax.trajectory import Trajectory
 
 XML = """<mujoco><worldbody><body name="Pelvis" pos="0 0 1"><freejoint name="root"/>
@@ -66,6 +67,8 @@ class Errors:
     """(t,) squared pose errors in units of the claimed covariance, per degree of freedom."""
     constants: float
     """Mean squared error of the sensors' constants in units of their claimed deviations."""
+    velocity: float
+    """Mean squared error of finite differences of poses in units of their claimed deviations."""
     status: Status
 
 
@@ -86,6 +89,7 @@ def options(kinds: str) -> OptimiseOptions:
             limits=False,
         ),
         solver=SolverOptions(tolerance=1e-3, initial_damping=1e-6),
+        pair_covariance=True,
     )  # fmt: skip
 
 
@@ -102,7 +106,14 @@ def run(seed: int, *, kinds: str = "AGD", seconds: float = 1.5) -> Errors:
     nees = np.einsum("ti,ti->t", error, np.linalg.solve(P, error[..., None])[..., 0]) / body.nv
     found, deviation = solution.calibration, solution.calibration_std
     off = [(np.asarray(found[k]) - constants[k]) / np.asarray(deviation[k]) for k in constants]
-    return Errors(nees, float(np.mean(np.square(off))), solution.status)
+    speed = [
+        np.asarray(_differences(body, np.asarray(q[:-1]), np.asarray(q[1:]))) * RATE_HZ
+        for q in (solution.trajectory.q, truth)
+    ]
+    blur = (speed[0] - speed[1]) / velocity_std(solution)
+    return Errors(
+        nees, float(np.mean(np.square(off))), float(np.mean(blur**2)), solution.status
+    )  # fmt: skip
 
 
 @jax.jit

@@ -12,8 +12,9 @@ from synthetic import record
 from mocap_jax.body import difference
 from mocap_jax.errors import InputError
 from mocap_jax.estimate import EkfOptions, ekf, filter
+from mocap_jax.metrics import nis
 from mocap_jax.recording import Recording
-from mocap_jax.solution import Solution, Status
+from mocap_jax.solution import Solution, Status, uncertainty
 
 INSTANTS = EkfOptions(remove_averaging=False)
 
@@ -59,6 +60,42 @@ def test_smoothing_helps_and_is_surer(
     spread = lambda s: np.trace(s.covariance, axis1=1, axis2=2)  # noqa: E731
     assert (spread(smoothed) <= spread(filtered) * (1 + 1e-9)).all()
     np.testing.assert_allclose(smoothed.trajectory.q[-1], filtered.trajectory.q[-1], atol=1e-12)
+
+
+def test_neighbours_of_the_smoother(smoothed: Solution, recording: Recording) -> None:
+    """Errors of successive poses are almost the same, and velocities are known accordingly."""
+    options = dataclasses.replace(INSTANTS, smooth=True, pair_covariance=True)
+    paired = ekf(recording, options=options)
+    np.testing.assert_allclose(paired.trajectory.q, smoothed.trajectory.q, atol=1e-12)
+    P, C = np.asarray(paired.covariance), np.asarray(paired.pair_covariance)
+    assert C.shape == (len(P) - 1, *P.shape[1:])
+    joint = np.block([[P[1:], C], [np.swapaxes(C, 1, 2), P[:-1]]])
+    scale = np.sqrt(np.diagonal(joint, axis1=1, axis2=2))
+    lowest = np.linalg.eigvalsh(joint / scale[:, None] / scale[:, :, None])[:, 0]
+    assert (lowest > -1e-9).all()
+    step = np.diff(np.asarray(paired.trajectory.time))[:, None]
+    topology = paired.body.topology
+    between = jax.vmap(lambda a, b: difference(topology, a, b))
+    found, true = (
+        np.asarray(between(q[:-1], q[1:])) / step
+        for q in (np.asarray(paired.trajectory.q), np.asarray(recording.truth.trajectory.q))
+    )
+    squared = ((found - true) / uncertainty(paired).velocity_std.values) ** 2
+    assert 0.01 < squared[20:-20].mean() < 2.0
+
+
+def test_neighbours_need_the_smoother() -> None:
+    with pytest.raises(InputError, match="needs smooth=True"):
+        EkfOptions(pair_covariance=True)
+
+
+def test_innovations_are_as_large_as_expected(filtered: Solution, smoothed: Solution) -> None:
+    found = nis(filtered)
+    frames = len(filtered.trajectory.time)
+    assert found["gyroscope"].count == 9 * frames and found["root"].count == 6 * frames
+    # The recording is all but free of noise and its motion smooth: nothing surprises the filter.
+    assert all(0 < x.value < 1.5 for x in found.values())
+    assert nis(smoothed).keys() == found.keys()
 
 
 def test_result_does_not_depend_on_the_chunks(

@@ -36,7 +36,7 @@ def wrong() -> Recording:
 
 @pytest.fixture(scope="module")
 def solved(wrong: Recording) -> Solution:
-    return optimise(wrong, options=OptimiseOptions(covariance=False))
+    return optimise(wrong, options=OptimiseOptions(pair_covariance=True))
 
 
 @pytest.mark.parametrize(
@@ -55,6 +55,17 @@ def test_constants_are_found_within_their_deviation(
     error = np.ravel(solved.calibration[name]) - true
     assert (deviation < sure).all(), deviation
     assert (np.abs(error) < 4 * deviation + 1e-12).all(), (error, deviation)
+
+
+def test_neighbours_are_one_distribution_with_the_poses(solved: Solution) -> None:
+    P, C = np.asarray(solved.covariance), np.asarray(solved.pair_covariance)
+    assert C.shape == (len(P) - 1, *P.shape[1:])
+    joint = np.block([[P[1:], C], [np.swapaxes(C, 1, 2), P[:-1]]])
+    scale = np.sqrt(np.diagonal(joint, axis1=1, axis2=2))
+    correlation = joint / scale[:, None] / scale[:, :, None]
+    assert (np.linalg.eigvalsh(correlation)[:, 0] > -1e-9).all()
+    # Errors of successive frames are almost the same.
+    assert np.diagonal(correlation[:, : P.shape[1], P.shape[1] :], axis1=1, axis2=2).min() > 0.5
 
 
 def test_ranges_alone_call_for_the_geometry(wrong: Recording) -> None:

@@ -29,3 +29,5 @@ def test_errors_are_as_large_as_claimed() -> None:
     assert low < nees.mean() < high
     for frame in (0, nees.shape[1] // 2, nees.shape[1] - 1):
         assert low < nees[:, frame].mean() < high
+    # Without the covariance of neighbours this would be far too small.
+    assert low < np.mean([r.velocity for r in runs]) < high

@@ -43,6 +43,7 @@ def test_innovations_of_pairs(ranges):
     active = (weight > 0) & ~behind
     deviation = SIGMA / np.where(weight > 0, weight, 1.0)
     plain = np.where(active, residual, 0.0)
+    nis = ((plain / deviation) ** 2).sum(axis=1)
     for half in (slice(0, T // 2), slice(T // 2, T)):
         n = len(weight[half])
         frames = SimpleNamespace(
@@ -50,9 +51,12 @@ def test_innovations_of_pairs(ranges):
             range_source=np.full((n, K), 2),
         )  # fmt: skip
         innovation = Innovation(
-            plain[half], plain[half] / deviation[half], np.zeros(n), np.zeros(n), np.ones(n, bool)
+            plain[half], plain[half] / deviation[half], nis[half], np.zeros(n), np.ones(n, bool)
         )
         assert statistics.add(frames, {"D": innovation}) == 0
+    found = statistics.normalised
+    assert found.keys() == {"range"} and found["range"]["count"] == active.sum()
+    assert found["range"]["squared"] == pytest.approx(nis.sum())
     table = statistics.table()
     for r, name in enumerate(("pelvis", "hand")):
         row, mine = table[f"range/belly-{name}"], receiver == r

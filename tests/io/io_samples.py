@@ -141,6 +141,7 @@ def random_solution(body: Body, seed: int = 0, n: int = 60) -> Solution:
         seconds_solve=0.1,
         seconds_compile=2.5,
         statistics={"accelerometer/pelvis": {"rms": 1.02, "count": 40}, "root": {"rms": np.nan}},
+        innovations={"range": {"squared": 41.5, "count": 40}},
         calibration={"gyroscope_bias/pelvis": rng.normal(size=3)},
         calibration_std={"gyroscope_bias/pelvis": np.array([1e-3, np.inf, 0.1])},
         options={"kinds": "AGD", "sigmas": (0.1, None), "smooth": True},

@@ -12,7 +12,7 @@ from io_samples import START, random_recording, random_solution
 from mcap.reader import make_reader
 
 from mocap_jax.errors import InputError
-from mocap_jax.io import describe, read_solution, write_recording, write_solution
+from mocap_jax.io import describe, mcap_covariance, read_solution, write_recording, write_solution
 from mocap_jax.solution import Solution, Status
 from mocap_jax.trajectory import Trajectory
 
@@ -20,7 +20,7 @@ from mocap_jax.trajectory import Trajectory
 def assert_same(a: Solution, b: Solution) -> None:
     np.testing.assert_allclose(a.trajectory.time, b.trajectory.time, atol=1e-9)
     for x, y in ((a.trajectory.q, b.trajectory.q), (a.trajectory.v, b.trajectory.v),
-                 (a.covariance, b.covariance)):  # fmt: skip
+                 (a.covariance, b.covariance), (a.pair_covariance, b.pair_covariance)):  # fmt: skip
         assert (x is None) == (y is None)
         np.testing.assert_array_equal(np.asarray(x), np.asarray(y))
     for x, y in zip(jax.tree.leaves(a.body), jax.tree.leaves(b.body), strict=True):
@@ -29,7 +29,7 @@ def assert_same(a: Solution, b: Solution) -> None:
     for name in ("calibration", "calibration_std"):
         np.testing.assert_equal(getattr(b, name), getattr(a, name))
     plain = {f.name for f in dataclasses.fields(Solution)} - {
-        "trajectory", "covariance", "body", "calibration", "calibration_std"
+        "trajectory", "covariance", "pair_covariance", "body", "calibration", "calibration_std"
     }  # fmt: skip
     for name in plain:
         np.testing.assert_equal(getattr(b, name), getattr(a, name), err_msg=name)
@@ -39,6 +39,32 @@ def test_round_trip(tmp_path, body) -> None:
     solution = random_solution(body)
     write_solution(tmp_path / "s.mcap", solution)
     assert_same(solution, read_solution(tmp_path / "s.mcap"))
+
+
+def test_covariances_of_neighbours_survive(tmp_path, body) -> None:
+    solution = with_pairs(random_solution(body))
+    write_solution(tmp_path / "s.mcap", solution)
+    assert_same(solution, read_solution(tmp_path / "s.mcap"))
+    assert "covariance: every frame, and neighbours" in describe(tmp_path / "s.mcap")
+
+
+def with_pairs(solution: Solution) -> Solution:
+    covariance = np.asarray(solution.covariance)
+    pairs = covariance[1:] @ covariance[:-1]  # any matrices that are not symmetric
+    return dataclasses.replace(solution, pair_covariance=pairs)
+
+
+def test_incomplete_neighbours_are_left_out_and_named(tmp_path, body, monkeypatch) -> None:
+    solution = with_pairs(random_solution(body))
+    whole = mcap_covariance.pb.encode_pair_covariances
+    monkeypatch.setattr(
+        mcap_covariance.pb, "encode_pair_covariances",
+        lambda stamps, pairs: [whole(stamps, pairs)[0]] * len(pairs),
+    )  # fmt: skip
+    write_solution(tmp_path / "s.mcap", solution)
+    found = read_solution(tmp_path / "s.mcap")
+    assert found.pair_covariance is None and found.covariance is not None
+    assert any("neighbouring poses are incomplete" in r for r in found.remarks)
 
 
 def test_estimated_body_arrays_survive(tmp_path, body) -> None:
@@ -87,6 +113,9 @@ def test_shapes_must_fit(tmp_path, body) -> None:
     solution = random_solution(body)
     wrong = dataclasses.replace(solution, covariance=solution.covariance[:3])
     with pytest.raises(InputError, match="covariance of shape"):
+        write_solution(tmp_path / "s.mcap", wrong)
+    wrong = dataclasses.replace(solution, pair_covariance=solution.covariance)
+    with pytest.raises(InputError, match="pair covariance of shape .* neighbouring poses"):
         write_solution(tmp_path / "s.mcap", wrong)
     assert not list(tmp_path.iterdir())
 

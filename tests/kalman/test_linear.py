@@ -13,6 +13,7 @@ from mocap_jax.kalman import (
     butterworth_rate,
     predict,
     process_noise,
+    smooth_pair,
     smooth_step,
     update,
     vector_space,
@@ -125,9 +126,16 @@ def test_smoother_is_the_batch_posterior(process: str) -> None:
     K = covariance @ H.T @ np.linalg.inv(H @ covariance @ H.T + R)
     mean, covariance = mean + K @ (z - H @ mean), covariance - K @ H @ covariance
     tolerance = 1e-6 if process == "white_jerk" else 1e-8
-    for ours, A in zip(_ours(p, process)[1], maps, strict=True):
+    filtered, smoothed = _ours(p, process)
+    for ours, A in zip(smoothed, maps, strict=True):
         np.testing.assert_allclose(jnp.concatenate(ours[:3]), A @ mean, atol=tolerance)
         np.testing.assert_allclose(ours.covariance, A @ covariance @ A.T, atol=tolerance)
+    noise = process_noise(process, jnp.asarray(STEP), jnp.asarray(p["density"]))
+    dynamics = Dynamics(jnp.asarray(STEP), noise)
+    for k, (here, following) in enumerate(zip(filtered, smoothed[1:], strict=False)):
+        _, pair = smooth_pair(FLAT, process, dynamics, here, following)
+        expected = (maps[k + 1] @ covariance @ maps[k].T)[:NV, :NV]
+        np.testing.assert_allclose(pair, expected, atol=tolerance)
 
 
 def test_gate_limits_an_outlier_and_leaves_the_rest() -> None:

@@ -39,6 +39,28 @@ def test_border_covariance_across_stretches_equals_dense(random_arrow, monkeypat
         np.testing.assert_allclose(found, inverse[k, :, k], rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("t", "d", "b", "m"),
+    [(12, 3, 2, 4), (2, 3, 2, 0), (1, 4, 2, 2), (9, 2, 3, 0), (6, 5, 1, 3), (8, 3, 5, 2)],
+)
+def test_pairs_of_neighbours_equal_dense(
+    t: int, d: int, b: int, m: int, random_arrow, monkeypatch
+) -> None:
+    monkeypatch.setattr(arrow, "STRETCH", 4)
+    dense, lower, corner, border = random_arrow(t, d, b, m)
+    blocks = (lambda k: border[k]) if m else None
+    f = linalg.factor(lower, corner if m else None, blocks)
+    marginals, pairs = linalg.pair_marginals(f, blocks)
+    inverse = np.linalg.inv(dense)[: t * d, : t * d].reshape(t, d, t, d)
+    assert pairs.shape == (t - 1, d, d)
+    scale = np.abs(inverse).max()
+    for k in range(t):
+        np.testing.assert_allclose(marginals[k], inverse[k, :, k], atol=1e-9 * scale, rtol=0)
+    for k in range(t - 1):
+        np.testing.assert_allclose(pairs[k], inverse[k + 1, :, k], atol=1e-9 * scale, rtol=0)
+    np.testing.assert_array_equal(marginals, linalg.marginals(f, blocks))
+
+
 def test_factoring_in_pieces_as_blocks_arrive(random_arrow) -> None:
     _, lower, corner, border = random_arrow(9, 3, 2, 4)
     whole = linalg.factor(lower, corner, lambda k: border[k], damping=0.1)

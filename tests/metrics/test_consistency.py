@@ -7,7 +7,14 @@ import pytest
 from small_person import moved, person, recording, solution, swing
 
 from mocap_jax.errors import InputError
-from mocap_jax.metrics import coverage, evaluate, joint_consistency, nees
+from mocap_jax.metrics import (
+    chi_square_band,
+    coverage,
+    evaluate,
+    joint_consistency,
+    nees,
+    nis,
+)
 from mocap_jax.metrics.consistency import tangent_errors
 from mocap_jax.trajectory import Trajectory
 
@@ -91,3 +98,45 @@ def test_joint_consistency_needs_joints_and_a_level(drawn):
         joint_consistency(dataclasses.replace(estimate, observed=("Pelvis",)), truth)
     with pytest.raises(InputError, match="level"):
         joint_consistency(estimate, truth, level=1.5)
+
+
+def test_joints_alone_do_not_feel_the_root(drawn):
+    estimate, truth = drawn
+    values = nees(estimate, truth, part="joints")
+    assert values.mean() == pytest.approx(1.0, abs=0.03)
+    # A free root drifts: its error says nothing about the joints, nor does its covariance.
+    body, path = estimate.body, estimate.trajectory
+    drift = np.zeros((len(path.time), body.nv))
+    drift[:, :6] = 5.0
+    away = Trajectory(path.time, moved(body, np.asarray(path.q), drift))
+    lost = dataclasses.replace(estimate, trajectory=away)
+    np.testing.assert_allclose(nees(lost, truth, part="joints"), values, rtol=1e-9)
+    assert nees(lost, truth).mean() > 1e3
+    with pytest.raises(InputError, match="unknown part 'joint'; valid: joints, pose"):
+        nees(estimate, truth, part="joint")
+
+
+def test_band_of_a_mean_of_squares():
+    low, high = chi_square_band(250)
+    squares = (np.random.default_rng(0).normal(size=(4000, 250)) ** 2).mean(axis=1)
+    assert ((squares > low) & (squares < high)).mean() == pytest.approx(0.95, abs=0.01)
+    assert low < 1 < high
+    with pytest.raises(InputError, match="count=0"):
+        chi_square_band(0)
+    with pytest.raises(InputError, match="level"):
+        chi_square_band(10, 95)
+
+
+def test_normalised_innovations_by_kind(drawn):
+    estimate, _ = drawn
+    filtered = dataclasses.replace(
+        estimate, method="ekf",
+        innovations={"gyroscope": {"squared": 1010.0, "count": 1000},
+                     "range": {"squared": 300.0, "count": 150}},
+    )  # fmt: skip
+    found = nis(filtered)
+    assert found["gyroscope"].value == pytest.approx(1.01) and found["gyroscope"].honest
+    assert found["range"].value == pytest.approx(2.0) and not found["range"].honest
+    assert found["range"].band == chi_square_band(150)
+    with pytest.raises(InputError, match="method optimise.*holds no innovations"):
+        nis(estimate)
