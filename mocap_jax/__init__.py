@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import PriorOptions as PriorOptions
     from mocap_jax.estimate import UserResidual as UserResidual
     from mocap_jax.estimate import check_residual as check_residual
+    from mocap_jax.estimate import differentiable as differentiable
+    from mocap_jax.estimate import differentiable_ekf as differentiable_ekf
     from mocap_jax.estimate import ekf as ekf
     from mocap_jax.estimate import optimise as optimise
     from mocap_jax.initialise import SensorCheck as SensorCheck
@@ -78,7 +80,8 @@ _HOME = {
     "errors": ("InputError", "MocapError", "SolveError"),
     "estimate": (
         "ConstantsOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions", "PriorOptions",
-        "UserResidual", "check_residual", "ekf", "optimise",
+        "UserResidual", "check_residual", "differentiable", "differentiable_ekf", "ekf",
+        "optimise",
     ),
     "initialise": ("SensorCheck", "check_sensors"),
     "io": (

@@ -1,6 +1,7 @@
 """Estimators: where recordings, bodies and solvers are wired together."""
 
 from mocap_jax.estimate.check_residual import DerivativeReport, check_residual
+from mocap_jax.estimate.derivatives import differentiable, differentiable_ekf
 from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.sequence.layout import UserResidual
@@ -14,5 +15,6 @@ from mocap_jax.estimate.whole_sequence_options import (
 
 __all__ = [
     "ConstantsOptions", "DerivativeReport", "EkfOptions", "NoiseOptions", "OptimiseOptions",
-    "PriorOptions", "UserResidual", "check_residual", "ekf", "optimise",
+    "PriorOptions", "UserResidual", "check_residual", "differentiable", "differentiable_ekf", "ekf",
+    "optimise",
 ]  # fmt: skip

@@ -83,3 +83,31 @@ def test_gradients_are_those_of_differences(filtered: DifferentiableFilter) -> N
 def test_a_smoother_is_refused(recording: Recording) -> None:
     with pytest.raises(InputError, match="smooth=False"):
         differentiable_ekf(recording, options=EkfOptions(smooth=True))
+
+
+@pytest.mark.slow
+def test_noise_figures_are_found_by_climbing_the_likelihood() -> None:
+    """Readings with three times the declared noise: the likelihood leads there."""
+    optax = pytest.importorskip("optax")
+    recording = record(seconds=4.0, rate_hz=70.0, noise=3.0)
+    filtered = differentiable_ekf(recording, options=OPTIONS)
+    base = filtered.parameters
+
+    @jax.jit
+    @jax.value_and_grad
+    def cost(log_factor: jax.Array) -> jax.Array:
+        gyroscope, accelerometer = jnp.exp(log_factor)
+        noise = base.noise._replace(
+            gyroscope_sigma=base.noise.gyroscope_sigma * gyroscope,
+            accelerometer_sigma=base.noise.accelerometer_sigma * accelerometer,
+        )
+        return -filtered(dataclasses.replace(base, noise=noise)).log_likelihood
+
+    descent, log_factor = optax.adam(0.1), jnp.zeros(2)
+    state = descent.init(log_factor)
+    for _ in range(60):
+        _, slope = cost(log_factor)
+        change, state = descent.update(slope, state)
+        log_factor = optax.apply_updates(log_factor, change)
+    # The filter's first-order treatment of motion adds its share to the noise.
+    np.testing.assert_allclose(np.exp(log_factor), 3.0, rtol=0.2)

@@ -1,13 +1,17 @@
 """Derivatives of estimates by measurements, noise figures, weights, body and mountings."""
 
-from mocap_jax.estimate.derivatives.differentiable import Differentiable, Estimate, differentiable
-from mocap_jax.estimate.derivatives.filtering import (
+from mocap_jax.estimate.derivatives.filter_function import (
     DifferentiableFilter,
     FilterEstimate,
     FilterParameters,
     differentiable_ekf,
 )
 from mocap_jax.estimate.derivatives.parameters import Parameters
+from mocap_jax.estimate.derivatives.sequence_function import (
+    Differentiable,
+    Estimate,
+    differentiable,
+)
 
 __all__ = [
     "Differentiable", "DifferentiableFilter", "Estimate", "FilterEstimate", "FilterParameters",

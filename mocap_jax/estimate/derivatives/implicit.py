@@ -9,19 +9,16 @@ forward and reverse mode, `vmap` and `jit` compose.
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Callable
 from functools import partial
-from itertools import count
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 
-from mocap_jax import linalg
 from mocap_jax.estimate.derivatives.objective import Bound, Point, Step, cost, moved
+from mocap_jax.estimate.derivatives.preconditioner import Preconditioner
 from mocap_jax.estimate.sequence.layout import Layout
 
 # Relative residual of the linear solves, and most iterations of one.
@@ -36,42 +33,6 @@ Field = Callable[[Step], Step]
 """The gradient at a step."""
 Linear = Callable[[Step], Step]
 """Its derivative along a step."""
-
-
-class Preconditioner:
-    """The factor of the normal equations, found again by number inside traced code."""
-
-    _known: weakref.WeakValueDictionary[int, Preconditioner] = weakref.WeakValueDictionary()
-    _numbers = count()
-
-    def __init__(self, f: linalg.ArrowFactor, border: linalg.BorderBlocks | None) -> None:
-        self._factor, self._border = f, border
-        self.number = next(self._numbers)
-        self._known[self.number] = self
-
-    @classmethod
-    def solve(cls, number: np.ndarray, x: np.ndarray, z: np.ndarray) -> tuple:
-        """Solve for one right-hand side or for a batch of them (leading axes)."""
-        own = cls._known[int(np.ravel(number)[0])]
-        batch = np.shape(x)[:-2]
-        rows = np.moveaxis(np.reshape(x, (-1, *np.shape(x)[-2:])), 0, -1)
-        corner = np.reshape(z, (-1, np.shape(z)[-1])).T
-        a, b = linalg.solve(own._factor, rows, corner, own._border)
-        if not len(corner):
-            b = corner
-        return (
-            np.ascontiguousarray(np.moveaxis(a, -1, 0)).reshape(*batch, *a.shape[:2]),
-            np.ascontiguousarray(b.T).reshape(*batch, len(b)),
-        )
-
-
-def precondition(number: Array, v: Step) -> Step:
-    """The factored normal equations applied backwards."""
-    shapes = jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype), v)
-    x, z = jax.pure_callback(
-        Preconditioner.solve, tuple(shapes), number, v.x, v.z, vmap_method="expand_dims"
-    )
-    return Step(x, z)
 
 
 def _dot(a: Step, b: Step) -> Array:
@@ -91,10 +52,10 @@ class _Descent(NamedTuple):
     iteration: Array
 
 
-def conjugate_gradients(matvec: Linear, b: Step, number: Array) -> Step:
+def conjugate_gradients(matvec: Linear, b: Step, preconditioner: Preconditioner) -> Step:
     """Solve matvec(x) = b with the factored normal equations as preconditioner."""
     zero = Step(jnp.zeros_like(b.x), jnp.zeros_like(b.z))
-    first = precondition(number, b)
+    first = preconditioner.solve(b)
     start = _dot(b, first)
 
     def unfinished(s: _Descent) -> Array:
@@ -105,7 +66,7 @@ def conjugate_gradients(matvec: Linear, b: Step, number: Array) -> Step:
         image = matvec(s.direction)
         length = s.product / _dot(s.direction, image)
         residual = _plus(s.residual, -length, image)
-        spread = precondition(number, residual)
+        spread = preconditioner.solve(residual)
         product = _dot(residual, spread)
         return _Descent(
             _plus(s.solution, length, s.direction), residual,
@@ -117,28 +78,30 @@ def conjugate_gradients(matvec: Linear, b: Step, number: Array) -> Step:
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
-def minimum(layout: Layout, number: Array, bound: Bound, point: Point) -> tuple[Step, Array]:
+def minimum(
+    layout: Layout, preconditioner: Preconditioner, bound: Bound, point: Point
+) -> tuple[Step, Array]:
     """Step from a point nearby to the minimum, differentiable by `bound`.
 
     Args:
         layout: shape of the problem.
-        number: of the `Preconditioner`.
+        preconditioner: the factored equations of the solution.
         bound: the problem.
         point: where to start; its derivative counts as zero.
 
     Returns:
         The step, and the RMS of its last part [posterior standard deviations].
     """
-    return _minimum(layout, number, bound, point)
+    return _minimum(layout, preconditioner, bound, point)
 
 
 @minimum.defjvp
 def _minimum_jvp(layout: Layout, primals: tuple, tangents: tuple) -> tuple:
     """dx = -H^-1 (dg/dp) dp."""
-    number, bound, point = primals
-    step, size = minimum(layout, number, bound, point)
+    preconditioner, bound, point = primals
+    step, size = minimum(layout, preconditioner, bound, point)
     moved_gradient = _gradient_change(layout, bound, point, step, tangents[1])
-    change = _linear_solve(layout, number, bound, point, step, moved_gradient)
+    change = _linear_solve(layout, preconditioner, bound, point, step, moved_gradient)
     return (step, size), (jax.tree.map(jnp.negative, change), jnp.zeros_like(size))
 
 
@@ -147,12 +110,14 @@ def _gradient(layout: Layout, bound: Bound, point: Point, step: Step) -> Step:
 
 
 @partial(jax.jit, static_argnums=0)
-def _minimum(layout: Layout, number: Array, bound: Bound, point: Point) -> tuple[Step, Array]:
+def _minimum(
+    layout: Layout, preconditioner: Preconditioner, bound: Bound, point: Point
+) -> tuple[Step, Array]:
     zero = Step(
         jnp.zeros((point.q.shape[0], layout.topology.nv), point.q.dtype),
         jnp.zeros(layout.constants, point.q.dtype),
     )
-    return _descend(lambda step: _gradient(layout, bound, point, step), zero, number)
+    return _descend(lambda step: _gradient(layout, bound, point, step), zero, preconditioner)
 
 
 @partial(jax.jit, static_argnums=0)
@@ -163,7 +128,12 @@ def _gradient_change(layout: Layout, bound: Bound, point: Point, step: Step, cha
 
 @partial(jax.jit, static_argnums=0)
 def _linear_solve(
-    layout: Layout, number: Array, bound: Bound, point: Point, step: Step, right: Step
+    layout: Layout,
+    preconditioner: Preconditioner,
+    bound: Bound,
+    point: Point,
+    step: Step,
+    right: Step,
 ) -> Step:
     """Solve H x = right with the Hessian at a step."""
 
@@ -171,7 +141,7 @@ def _linear_solve(
         return jax.jvp(lambda s: _gradient(layout, bound, point, s), (step,), (v,))[1]
 
     return jax.lax.custom_linear_solve(
-        product, right, lambda _, y: conjugate_gradients(product, y, number), symmetric=True
+        product, right, lambda _, y: conjugate_gradients(product, y, preconditioner), symmetric=True
     )
 
 
@@ -189,7 +159,7 @@ class _Search(NamedTuple):
     iteration: Array
 
 
-def _descend(f: Field, start: Step, number: Array) -> tuple[Step, Array]:
+def _descend(f: Field, start: Step, preconditioner: Preconditioner) -> tuple[Step, Array]:
     """Root of a gradient f by Anderson's acceleration of x - M^-1 f(x); also the last change's RMS.
 
     M are the factored equations of the solution. Where they differ from the Hessian, which plain
@@ -200,7 +170,7 @@ def _descend(f: Field, start: Step, number: Array) -> tuple[Step, Array]:
 
     def at(step: Step) -> tuple[Step, Step, Array]:
         slope = f(step)
-        change = jax.tree.map(jnp.negative, precondition(number, slope))
+        change = jax.tree.map(jnp.negative, preconditioner.solve(slope))
         return change, slope, jnp.sqrt(jnp.maximum(-_dot(change, slope), 0.0) / unknowns)
 
     def unfinished(s: _Search) -> Array:

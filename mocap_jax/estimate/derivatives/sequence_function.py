@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from mocap_jax.body import Body
 from mocap_jax.errors import SolveError
-from mocap_jax.estimate.derivatives.implicit import Preconditioner, minimum
+from mocap_jax.estimate.derivatives.implicit import minimum
 from mocap_jax.estimate.derivatives.objective import Bound, Point, moved
 from mocap_jax.estimate.derivatives.parameters import (
     Figures,
@@ -25,6 +25,7 @@ from mocap_jax.estimate.derivatives.parameters import (
     smoothness_kinds,
     terms_of,
 )
+from mocap_jax.estimate.derivatives.preconditioner import preconditioner
 from mocap_jax.estimate.sequence.layout import Constants
 from mocap_jax.estimate.sequence.levels import GEOMETRY_KINDS, KINDS, SENSOR_KINDS
 from mocap_jax.estimate.shared_joints import shared_joints
@@ -69,7 +70,7 @@ class Differentiable:
         self._weights = problem.weights
         self._sound = jnp.asarray(solution.setup.speed_of_sound)
         equations, f = problem.factorised(run.state)
-        self._preconditioner = Preconditioner(f, equations.border)
+        self._preconditioner = preconditioner(f, equations.border)
         state = run.state
         self._point = Point(jnp.asarray(state.q), jax.tree.map(jnp.asarray, state.constants))
         self._point = self._moved(self.parameters)[0]
@@ -83,8 +84,8 @@ class Differentiable:
         return Estimate(point.q, point.constants, size)
 
     def _moved(self, parameters: Parameters) -> tuple[Point, Array]:
-        number = jnp.asarray(self._preconditioner.number)
-        step, size = minimum(self._layout, number, self._bound(parameters), self._point)
+        bound = self._bound(parameters)
+        step, size = minimum(self._layout, self._preconditioner, bound, self._point)
         return moved(self._layout, self._point, step), size
 
     def _bound(self, p: Parameters) -> Bound:
