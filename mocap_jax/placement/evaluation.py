@@ -138,7 +138,7 @@ class Criterion:
             for s, d in self._padded(evaluation)
         )
 
-    def _padded(self, evaluation: Evaluation):  # noqa: ANN202
+    def _padded(self, evaluation: Evaluation):
         for scene, (x, z) in zip(self.scenes, evaluation.directions, strict=True):
             t = len(scene.kinematics.present)
             padded = np.pad(x, ((0, t - len(x)), (0, 0), (0, 0)))

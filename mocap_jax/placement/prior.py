@@ -113,7 +113,8 @@ def prior_of(
 
 def _with_habits(terms: Terms, body: Body, habits: Habits, step: float) -> Terms:
     joints = np.arange(6 if body.has_free_root else 0, body.nv)
-    reference, smooth = np.array(terms.reference_information), np.array(terms.smoothness_information)
+    reference = np.array(terms.reference_information)
+    smooth = np.array(terms.smoothness_information)
     reference[1][:, joints] = step / habits.size[joints]
     inside = smooth[:, joints] > 0
     smooth[:, joints] = np.where(inside, step / habits.density[joints], 0.0)

@@ -61,31 +61,27 @@ class System(NamedTuple):
     corner: Float[Array, "n 12 12"]
 
 
-def information_of(
+def variances_of(
     k: Kinematics, boards: Boards, errors: ErrorModel
 ) -> tuple[Float[Array, "t n"], Float[Array, "t n"]]:
-    """Inverse variances of specific forces and of rates on the study's grid.
+    """Variances of specific forces and of rates on the study's grid.
 
     Model errors outlast a sample by `memory`: a grid step averages over that few of them only.
     """
     grid, model = on_grid(errors, k.step), errors.model
-    share = model.memory / k.step
+    share = float(model.model_errors) * model.memory / k.step
     one = jnp.concatenate([jnp.ones((len(boards.position), 1)), boards.position], axis=1)
     jerk = jnp.einsum("ni,tnij,nj->tn", one, k.jerk[:, boards.body], one)
     turn, spin = k.turn[:, boards.body], k.spin[:, boards.body]
-    on = float(model.model_errors)
     force = model.accelerometer_model**2 + model.lever_arm_sigma**2 * (turn + spin)
-    force = grid.accelerometer**2 + on * share * (force + model.lag**2 * jerk)
-    rate = grid.gyroscope**2 + on * share * (model.gyroscope_model**2 + model.lag**2 * turn)
-    return (
-        ("A" in errors.kinds) * k.present[:, None] / force,
-        ("G" in errors.kinds) * k.present[:, None] / rate,
-    )
+    force = grid.accelerometer**2 + share * (force + model.lag**2 * jerk)
+    rate = grid.gyroscope**2 + share * (model.gyroscope_model**2 + model.lag**2 * turn)
+    return force, rate
 
 
 def rows_of(topology: Topology, k: Kinematics, boards: Boards, errors: ErrorModel) -> Rows:
     """Rows of all boards, weights included."""
-    force_information, rate_information = information_of(k, boards, errors)
+    force_variance, rate_variance = variances_of(k, boards, errors)
     R = k.rotation[:, boards.body]
     arm = so3.matvec3(R, boards.position)
     mask = jnp.asarray(topology.body_dofs, R.dtype)[boards.body][None, :, None, :]
@@ -95,14 +91,14 @@ def rows_of(topology: Topology, k: Kinematics, boards: Boards, errors: ErrorMode
     move = linear - so3.matmul3(so3.skew(point), turn)
     force = _force_rows(k, boards, R, move, turn)
     rate = _rate_rows(k, boards, R, turn)
-    centre = k.present[:-2] * k.present[1:-1] * k.present[2:]
-    root_force = jnp.sqrt(boards.weight * centre[:, None] * force_information[1:-1])
-    between = k.present[:-1] * k.present[1:]
-    root_rate = jnp.sqrt(boards.weight * between[:, None] * rate_information[:-1])
+    # Masks stay outside of the roots: the slope of a root is infinite at zero.
+    used = jnp.sqrt(boards.weight)
+    centre = ("A" in errors.kinds) * k.present[:-2] * k.present[1:-1] * k.present[2:]
+    between = ("G" in errors.kinds) * k.present[:-1] * k.present[1:]
+    root_force = used * centre[:, None] / jnp.sqrt(force_variance[1:-1])
+    root_rate = used * between[:, None] / jnp.sqrt(rate_variance[:-1])
     scale = lambda root, x: root[..., None, None] * x  # noqa: E731
-    return Rows(
-        *(scale(root_force, x) for x in force), *(scale(root_rate, x) for x in rate)
-    )
+    return Rows(*(scale(root_force, x) for x in force), *(scale(root_rate, x) for x in rate))
 
 
 def _force_rows(

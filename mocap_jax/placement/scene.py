@@ -71,6 +71,7 @@ class Scene:
     frames: int
     """Frames that are no padding."""
     prior: Prior
+    poses: Float[np.ndarray, "t nq"]
     target: Float[np.ndarray, "j t 3 nv"]
     """Derivative of each joint centre's position relative to the root's by the pose, times the
     root of the frame's share in the mean (zero in rest hold and blend)."""
@@ -107,9 +108,7 @@ def scenes_of(
     )
 
 
-def _habits(
-    body: Body, performances: list[Performance], options: PlacementOptions
-) -> Habits:
+def _habits(body: Body, performances: list[Performance], options: PlacementOptions) -> Habits:
     step, poses = 1 / options.rate_hz, []
     for p in performances:
         time = np.arange(p.score_from, p.time[-1], step)
@@ -132,12 +131,10 @@ def _scene(
     names, target = _target(body, kinematics, scored, options.joints)
     q = performance.spline(body.topology).pose(time)
     prior = prior_of(body, q, time, performance.rest, options, habits)
-    return Scene(name, body, kinematics, count, prior, target, names)
+    return Scene(name, body, kinematics, count, prior, q, target, names)
 
 
-def _kinematics(
-    body: Body, performance: Performance, time: np.ndarray, longest: int
-) -> Kinematics:
+def _kinematics(body: Body, performance: Performance, time: np.ndarray, longest: int) -> Kinematics:
     spline, step = performance.spline(body.topology), float(time[1] - time[0])
     fine_step = 1 / _FINE
     # Fine frames reach beyond both ends: differences need neighbours (the spline ends with the
@@ -205,18 +202,17 @@ def _target(
     kept = [(b, n) for b, n in zip(inner, names, strict=True) if not chosen or n in chosen]
     root, count = 1, len(scored)
     share = np.sqrt(scored / max(scored.sum(), 1.0))
-    position, angular, linear = (
-        np.asarray(x)[:count] for x in (k.position, k.angular, k.linear)
-    )
-    move = lambda b: topology.body_dofs[b][None, :, None] * (  # noqa: E731
-        linear + np.cross(angular, position[:, b, None, :])
-    )
+    position, angular, linear = (np.asarray(x)[:count] for x in (k.position, k.angular, k.linear))
     anchors = np.zeros((topology.nbody, 3))
     for joint in reversed(range(topology.njoint)):
         anchors[topology.joint_body[joint]] = np.asarray(body.joint_pos)[joint]
     out = np.zeros((len(kept), count, 3, topology.nv))
+
+    def move(b: int, at: np.ndarray) -> np.ndarray:
+        return topology.body_dofs[b][None, :, None] * (linear + np.cross(angular, at[:, None, :]))
+
     for i, (b, _) in enumerate(kept):
         at = position[:, b] + np.asarray(k.rotation)[:count, b] @ anchors[b]
-        own = topology.body_dofs[b][None, :, None] * (linear + np.cross(angular, at[:, None, :]))
-        out[i] = share[:, None, None] * np.swapaxes(own - move(root), 1, 2)
+        relative = move(b, at) - move(root, position[:, root])
+        out[i] = share[:, None, None] * np.swapaxes(relative, 1, 2)
     return tuple(n for _, n in kept), out

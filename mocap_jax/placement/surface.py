@@ -114,7 +114,7 @@ def _patch(anatomy: Anatomy, b: int, name: str, part: str, capsules: np.ndarray)
     ends = np.concatenate([capsules[:, :3], capsules[:, 3:6]])
     radius = np.tile(capsules[:, 6], 2)
     middle = ends.mean(axis=0)
-    axis = left if axis_kind == "side" else _long_axis(part, ends, middle, forward, up, left)
+    axis = left if axis_kind == "side" else _long_axis(part, ends, middle, forward, up)
     reach = (ends - middle) @ axis
     low, high = (reach - radius).min(), (reach + radius).max()
     front = up if abs(axis @ forward) > 0.7 else forward
@@ -131,15 +131,13 @@ def _patch(anatomy: Anatomy, b: int, name: str, part: str, capsules: np.ndarray)
 
 
 def _long_axis(
-    part: str, ends: np.ndarray, middle: np.ndarray, forward: np.ndarray, up: np.ndarray,
-    left: np.ndarray,
-) -> np.ndarray:  # fmt: skip
+    part: str, ends: np.ndarray, middle: np.ndarray, forward: np.ndarray, up: np.ndarray
+) -> np.ndarray:
     """Direction in which a segment is longest, away from its joint."""
     if part in ("Head", "Neck"):
         return up
     if part == "Foot":
         return forward
-    del left
     _, _, directions = np.linalg.svd(ends - middle)
     return directions[0] * (1.0 if directions[0] @ middle >= 0 else -1.0)
 

@@ -101,9 +101,7 @@ def compute(cell: Cell) -> dict[str, Any]:
 
     body = mj.human()
     suit = Suit(*(tuple(Mounting(*d) for d in group) for group in (cell.boards, cell.sources)))
-    recording = mj.simulate(
-        load(cell.clip, body), profile=cell.profile, seed=cell.seed, suit=suit
-    )
+    recording = mj.simulate(load(cell.clip, body), profile=cell.profile, seed=cell.seed, suit=suit)
     options = mj.OptimiseOptions(
         kinds="AGD" if cell.sources else "AG", root=cell.root, rate_hz=cell.rate_hz,
         covariance=False,
