@@ -37,9 +37,11 @@ def test_slope_is_that_of_the_value(scenes, boards, quick, objective: str, over:
     criterion = Criterion(scenes, options)
     slope = criterion.slope(boards, criterion.evaluate(boards))
     for i, axis in ((0, 2), (1, 1), (2, 0)):
-        value = lambda d, i=i, axis=axis: (
-            criterion.evaluate(boards._replace(position=boards.position.at[i, axis].add(d))).value
-        )
+
+        def value(d: float, i: int = i, axis: int = axis) -> float:
+            position = boards.position.at[i, axis].add(d)
+            return criterion.evaluate(boards._replace(position=position)).value
+
         expected = (value(2e-3) - value(-2e-3)) / 4e-3
         # The power iteration for E ends a little before it has converged.
         tolerance = 2e-2 if objective == "E" else 2e-3
@@ -56,9 +58,10 @@ def test_slope_of_the_volume_is_right_in_the_mean(scenes, boards, quick):
         search = dataclasses.replace(options.search, seed=seed)
         criterion = Criterion(scenes[:1], dataclasses.replace(options, search=search))
         found.append(criterion.slope(boards, criterion.evaluate(boards))[2, 0])
-    value = lambda d: (
-        criterion.evaluate(boards._replace(position=boards.position.at[2, 0].add(d))).value
-    )
+
+    def value(d: float) -> float:
+        return criterion.evaluate(boards._replace(position=boards.position.at[2, 0].add(d))).value
+
     expected = (value(2e-3) - value(-2e-3)) / 4e-3
     spread = np.std(found) / np.sqrt(len(found))
     assert abs(np.mean(found) - expected) < 4 * spread + 1e-3 * abs(expected)
