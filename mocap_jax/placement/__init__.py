@@ -7,9 +7,11 @@ from mocap_jax.placement.options import (
     PlacementOptions,
     SearchOptions,
 )
+from mocap_jax.placement.sources import SourceStudy, choose_sources
 from mocap_jax.placement.study import CurvePoint, Judge, Placement, PlacementStudy, place
 
 __all__ = [
     "Constraints", "CurvePoint", "ErrorModel", "Judge", "Placement", "PlacementOptions",
-    "PlacementStudy", "SearchOptions", "place", "study_record", "write_placement",
+    "PlacementStudy", "SearchOptions", "SourceStudy", "choose_sources", "place", "study_record",
+    "write_placement",
 ]  # fmt: skip

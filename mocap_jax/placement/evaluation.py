@@ -65,7 +65,7 @@ class Criterion:
     def __init__(self, scenes: tuple[Scene, ...], options: PlacementOptions) -> None:
         self.scenes, self.options = scenes, options
         self._right = tuple(
-            _right_hand_sides(s, options, np.random.default_rng((options.search.seed, i)))
+            right_hand_sides(s, options, np.random.default_rng((options.search.seed, i)))
             for i, s in enumerate(scenes)
         )
 
@@ -172,7 +172,7 @@ def _product(lower: np.ndarray, x: np.ndarray) -> np.ndarray:
     return out
 
 
-def _right_hand_sides(
+def right_hand_sides(
     scene: Scene, options: PlacementOptions, generator: np.random.Generator
 ) -> Float[np.ndarray, "t nv j*p"]:
     """A'z for random signs z over time and axes, per joint."""

@@ -68,21 +68,37 @@ def posterior_of(scene: Scene, boards: Boards, errors: ErrorModel) -> Posterior:
         SolveError: the matrix is not positive definite.
     """
     t = scene.frames
+    system = system_of(scene.body.topology, scene.kinematics, boards, errors)
+    return factored(
+        np.asarray(system.lower)[:t] + scene.prior.lower,
+        np.swapaxes(np.asarray(system.border)[:t], 1, 2),
+        board_corner(np.asarray(system.corner), errors),
+    )
+
+
+def factored(
+    lower: Float[np.ndarray, "t 3 nv nv"],
+    border: Float[np.ndarray, "t nv m"],
+    corner: Float[np.ndarray, "m m"],
+) -> Posterior:
+    """Factor an information matrix; `lower` is overwritten.
+
+    Raises:
+        SolveError: the matrix is not positive definite.
+    """
     with BLAS.limit(limits=1, user_api="blas"):
-        system = system_of(scene.body.topology, scene.kinematics, boards, errors)
-        lower = np.asarray(system.lower)[:t] + scene.prior.lower
         factor = linalg.factor(lower, overwrite=True)
-        border = np.swapaxes(np.asarray(system.border)[:t], 1, 2)
         coupling = forward(factor, border)
         flat = coupling.reshape(-1, coupling.shape[2])
-        schur = _corner(np.asarray(system.corner), errors) - flat.T @ flat
-        corner, info = lapack.dpotrf(np.asfortranarray(schur), lower=0, clean=1)
+        schur = np.asfortranarray(corner - flat.T @ flat)
+        upper, info = lapack.dpotrf(schur, lower=0, clean=1)
     if info:
-        raise SolveError(f"motion '{scene.name}': the boards' constants are not determined")
-    return Posterior(factor, coupling, corner)
+        raise SolveError("the constants of boards and sources are not determined")
+    return Posterior(factor, coupling, upper)
 
 
-def _corner(own: np.ndarray, errors: ErrorModel) -> np.ndarray:
+def board_corner(own: Float[np.ndarray, "n 12 12"], errors: ErrorModel) -> Float[np.ndarray, "m m"]:
+    """What data and priors say about the constants of boards alone."""
     n = len(own)
     out = np.zeros((n * CONSTANTS, n * CONSTANTS))
     prior = np.diag(constant_information(errors))

@@ -99,13 +99,18 @@ def scenes_of(
                 f"motion '{motion.name}' is of another body; retarget it first "
                 "(mocap_jax.retarget(motion, body))"
             )
-    performances = [perform(m, SimulationOptions(rest_s=_REST)) for m in motions]
+    performances = [performance_of(m) for m in motions]
     longest = max(_count(p, options.rate_hz) for p in performances)
     habits = _habits(body, performances, options) if options.habits == "motions" else None
     return tuple(
         _scene(body, m.name, p, longest, options, habits)
         for m, p in zip(motions, performances, strict=True)
     )
+
+
+def performance_of(motion: Motion) -> Performance:
+    """A clip with a short rest hold and the blend from it."""
+    return perform(motion, SimulationOptions(rest_s=_REST))
 
 
 def _habits(body: Body, performances: list[Performance], options: PlacementOptions) -> Habits:
