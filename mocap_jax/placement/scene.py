@@ -157,11 +157,11 @@ def _kinematics(body: Body, performance: Performance, time: np.ndarray, longest:
         np.pad(x, [(0, longest - len(x))] + [(0, 0)] * (x.ndim - 1), mode="edge")
     )
     present = np.pad(np.ones(len(time)), (0, longest - len(time)))
+    rate, force, jerk, turn, spin = (pad(x[at]) for x in moving)
     return Kinematics(
-        *(pad(np.asarray(x)) for x in (grid.rotation, grid.position, grid.angular, grid.linear)),
-        *(pad(x[at]) for x in moving),
-        jnp.asarray(present),
-        jnp.asarray(step),
+        rotation=pad(grid.rotation), position=pad(grid.position), angular=pad(grid.angular),
+        linear=pad(grid.linear), rate=rate, force=force, jerk=jerk, turn=turn, spin=spin,
+        present=jnp.asarray(present), step=jnp.asarray(step),
     )  # fmt: skip
 
 

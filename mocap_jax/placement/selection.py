@@ -167,9 +167,10 @@ class Selector:
         starts = []
         if weights is not None:
             starts += self._rounded(count, weights)
-        smaller = self.ranking(count - 1, 1)
-        if smaller or not starts:
-            starts += self._grown(count, smaller[0] if smaller else ())
+        # One less, or two less where left and right go together.
+        smaller = [s for less in (1, 2) for s in self.ranking(count - less, 1)]
+        for subset in smaller or ([] if starts else [()]):
+            starts += self._grown(count, subset)
         self._evaluate_all(starts)
         if not starts:
             raise InputError(f"no {count} sensors respect the constraints")
@@ -192,7 +193,7 @@ class Selector:
             if len(grown[0]) == count or all(len(s) == count for s in grown):
                 return [s for s in grown if self.feasible(s)]
             self._evaluate_all(grown)
-            chosen = set(min(grown, key=lambda s: self.values[s] * len(s)))
+            chosen = set(min(grown, key=self.values.__getitem__))
         final = tuple(sorted(chosen))
         return [final] if len(final) == count and self.feasible(final) else []
 
@@ -219,17 +220,18 @@ class Selector:
 
     def _exchange(self, subset: Subset, limit: int) -> Subset:
         """Exchange one unit for another of its size as long as that helps and evaluations last."""
-        units = self.candidates.units(self.constraints.symmetric)
+        blocks = self._blocks()
         improved = True
         while improved and len(self.values) < limit:
             improved = False
-            inside = [u for u in units if set(u) <= set(subset)]
-            for out in inside:
+            for out in [b for b in blocks if set(b) <= set(subset)]:
                 kept = set(subset) - set(out)
                 swaps = [
-                    s for u in units if not set(u) & set(subset) and len(u) == len(out)
-                    and self.feasible(s := tuple(sorted(kept | set(u))))
-                ]  # fmt: skip
+                    tuple(sorted(kept | set(b)))
+                    for b in blocks
+                    if len(b) == len(out) and not set(b) & set(subset)
+                ]
+                swaps = [s for s in swaps if self.feasible(s)]
                 if not swaps or len(self.values) >= limit:
                     continue
                 self._evaluate_all(swaps)
@@ -238,6 +240,14 @@ class Selector:
                     subset, improved = best, True
                     break
         return subset
+
+    def _blocks(self) -> list[Subset]:
+        """What is exchanged for one another: units, and two single ones for a pair."""
+        units = list(self.candidates.units(self.constraints.symmetric))
+        if self.constraints.symmetric:
+            singles = [u for u in units if len(u) == 1]
+            units += [tuple(sorted(a + b)) for a, b in combinations(singles, 2)]
+        return units
 
     def _relaxed(self, count: int) -> np.ndarray:
         """Best weights found by cutting planes."""

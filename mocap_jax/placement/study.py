@@ -24,6 +24,7 @@ from mocap_jax.placement.selection import Candidates, Certificate, Selector, Sub
 from mocap_jax.placement.surface import Patch, Surfaces, patches_of
 from mocap_jax.simulation import Suit
 from mocap_jax.simulation.anatomy import anatomy_of
+from mocap_jax.simulation.mounting import with_shapes
 
 # Placements of the ranking whose places are optimised; the others keep their patches' middles.
 _REFINED = 2
@@ -141,10 +142,9 @@ class _Study:
         self, body: Body, motions: tuple[Motion, ...], options: PlacementOptions, bar: tqdm
     ) -> None:
         self.options, self.bar = options, bar
-        judge = Judge(body, motions, options)
-        self.body, self.criterion = judge.body, judge.criterion
-        c = options.constraints
-        self.patches = patches_of(self.body, c.allowed)
+        # What is cheap to check comes before what takes long.
+        c, shaped = options.constraints, with_shapes(body)
+        self.patches = patches_of(shaped, c.allowed)
         if options.sensors > len(self.patches):
             raise InputError(
                 f"sensors {options.sensors}: more than the {len(self.patches)} segments that may "
@@ -152,25 +152,25 @@ class _Study:
             )
         self.most = min(options.most or options.sensors + 2, len(self.patches))
         self.middle = Surfaces(self.patches).places(jnp.zeros((len(self.patches), 2)))
-        self.resting = _resting(self.body)
+        self.resting = _resting(shaped)
         relaxable = options.objective != "D"
         self.selector = Selector(
-            _candidates(self.body, self.patches, options), c, self._value,
+            _candidates(shaped, self.patches, options), c, self._value,
             self._relax if relaxable else None, self.bar.update,
         )  # fmt: skip
+        judge = Judge(body, motions, options)
+        self.body, self.criterion = judge.body, judge.criterion
 
     def run(self, begin: float) -> PlacementStudy:
         """The whole study."""
-        curve, budget = {}, self.options.search.evaluations
-        certificate = None
+        budget = self.options.search.evaluations
+        curve: dict[int, tuple[Subset, Certificate]] = {}
         for count in range(1, self.most + 1):
             chosen = count == self.options.sensors
-            subset, found = self._choose(count, budget if chosen else int(_CURVE_SHARE * budget))
-            if subset is not None:
-                curve[count] = (subset, found)
-            if chosen:
-                certificate = found
-        assert certificate is not None
+            found = self._choose(count, budget if chosen else int(_CURVE_SHARE * budget))
+            if found is not None:
+                curve[count] = found
+        certificate = curve[self.options.sensors][1]
         ranked = self.selector.ranking(self.options.sensors, self.options.search.ranked)
         placements = [self._refined(s) for s in ranked[:_REFINED]]
         placements += [self._placement(s, self._middles(s)) for s in ranked[_REFINED:]]
@@ -186,7 +186,7 @@ class _Study:
             time.perf_counter() - begin,
         )  # fmt: skip
 
-    def _choose(self, count: int, budget: int) -> tuple[Subset | None, Certificate | None]:
+    def _choose(self, count: int, budget: int) -> tuple[Subset, Certificate] | None:
         """Best subset of a size; other sizes than the one asked for may be impossible."""
         chosen = count == self.options.sensors
         try:
@@ -194,7 +194,7 @@ class _Study:
         except InputError:
             if chosen:
                 raise
-            return None, None
+            return None
 
     def _names(self, subset: Subset) -> tuple[str, ...]:
         return tuple(self.patches[i].segment for i in subset)

@@ -74,8 +74,12 @@ def _body(axes: Axes, body: Body, placement: Placement, turn: float) -> None:
     root = p[0, root_segment(body.topology)]
     flat = view.flat(points) - view.flat(np.array([[root[0], root[1], 0.0]]))[0]
     hidden = outward @ view.towards < 0
-    axes.scatter(*flat[~hidden].T, s=42, color=_SENSOR, edgecolor="white", zorder=30)
-    axes.scatter(*flat[hidden].T, s=42, facecolor="none", edgecolor=_SENSOR, zorder=30)
+    axes.scatter(
+        flat[~hidden, 0], flat[~hidden, 1], s=42, color=_SENSOR, edgecolor="white", zorder=30
+    )
+    axes.scatter(
+        flat[hidden, 0], flat[hidden, 1], s=42, facecolor="none", edgecolor=_SENSOR, zorder=30
+    )
     for at, mounting in zip(flat, placement.suit.boards, strict=True):
         left = at[0] < 0
         axes.annotate(
