@@ -168,8 +168,8 @@ class Selector:
         if weights is not None:
             starts += self._rounded(count, weights)
         # One less, or two less where left and right go together.
-        smaller = [s for less in (1, 2) for s in self.ranking(count - less, 1)]
-        for subset in smaller or ([] if starts else [()]):
+        smaller: list[Subset] = [s for less in (1, 2) for s in self.ranking(count - less, 1)]
+        for subset in (smaller if count > 2 else []) or [()]:
             starts += self._grown(count, subset)
         self._evaluate_all(starts)
         if not starts:
@@ -186,12 +186,12 @@ class Selector:
                 tuple(sorted(chosen | set(u)))
                 for u in units if not chosen & set(u) and len(u) <= room
             ]  # fmt: skip
-            # A pair must not leave a single place that nothing fits.
             grown = [s for s in options if self._within_limits(s)]
             if not grown:
                 return []
-            if len(grown[0]) == count or all(len(s) == count for s in grown):
-                return [s for s in grown if self.feasible(s)]
+            whole = [s for s in grown if len(s) == count]
+            if room <= 2 and whole:
+                return [s for s in whole if self.feasible(s)]
             self._evaluate_all(grown)
             chosen = set(min(grown, key=self.values.__getitem__))
         final = tuple(sorted(chosen))
@@ -246,6 +246,8 @@ class Selector:
         units = list(self.candidates.units(self.constraints.symmetric))
         if self.constraints.symmetric:
             singles = [u for u in units if len(u) == 1]
+            # Pairs first: they are few and matter most.
+            units.sort(key=len, reverse=True)
             units += [tuple(sorted(a + b)) for a, b in combinations(singles, 2)]
         return units
 
