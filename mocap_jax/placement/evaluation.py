@@ -83,6 +83,15 @@ class Criterion:
         value, directions = self._combine(variance, solved, posteriors)
         return Evaluation(value, variance, directions, tuple(posteriors))
 
+    def risk(self, evaluation: Evaluation) -> Float[np.ndarray, "motions j"]:
+        """Expected squared errors [m^2] in these very motions: see `estimator_risk`."""
+        return np.array(
+            [
+                estimator_risk(*parts)
+                for parts in zip(self.scenes, evaluation.posteriors, self._right, strict=True)
+            ]
+        )
+
     def _combine(
         self, variance: np.ndarray, solved: list, posteriors: list[Posterior]
     ) -> tuple[float, tuple]:
@@ -146,17 +155,22 @@ class Criterion:
 
 
 def estimator_risk(
-    scene: Scene, posterior: Posterior, probes: int, right: np.ndarray
+    scene: Scene, posterior: Posterior, right: Float[np.ndarray, "t nv j*p"]
 ) -> Float[np.ndarray, "j"]:
-    """Expected squared error [m^2] of each joint centre if the scene's prior is the estimator's.
+    """Expected squared error [m^2] of each joint centre in this very motion.
 
-    Noise alone goes through the estimator's gain, and the priors' pull away from this very motion
-    is a bias: tr(A H^-1 (H - P) H^-1 A') + |A H^-1 g|^2 with the priors' information P and
-    gradient g.
+    The posterior variance is a mean over motions that the prior allows. In one motion, noise alone
+    goes through the estimator's gain, and the priors' pull away from it is a bias:
+    tr(A H^-1 (H - P) H^-1 A') + |A H^-1 g|^2 with the priors' information P and gradient g.
+
+    Args:
+        scene: the motion.
+        posterior: under a placement.
+        right: right-hand sides, see `right_hand_sides`.
     """
     x, _ = posterior.solve(right)
     prior = _product(scene.prior.lower, x)
-    noise = np.einsum("tvp,tvp->p", x, right - prior).reshape(-1, probes).mean(1)
+    noise = np.einsum("tvp,tvp->p", x, right - prior).reshape(len(scene.joints), -1).mean(1)
     bias, _ = posterior.solve(scene.prior.pull[..., None])
     moved = np.einsum("jtav,tv->jta", scene.target, bias[..., 0])
     return noise + (moved**2).sum((1, 2))

@@ -155,7 +155,9 @@ class Plan:
         return json.loads(file.read_text(encoding="utf-8"))
 
     def expected(self, names: tuple[str, ...]) -> dict[str, float]:
-        """Expected mean errors [cm] on the test motion by the study's model."""
+        """Expected mean errors [cm] in the test motion by the study's model (`Criterion.risk`)."""
+        import numpy as np
+
         from mocap_jax.placement import Judge
         from mocap_jax.simulation import Suit
 
@@ -164,7 +166,8 @@ class Plan:
         if missing := [n for n in names if n not in known]:
             judge = Judge(self.body, [load(self.test, self.body)], self.options())
             for n in missing:
-                known[n] = judge.evaluate(Suit(self.suit(n)[0])).rms_cm
+                risk = judge.criterion.risk(judge.evaluate(Suit(self.suit(n)[0])))
+                known[n] = float(100 * np.sqrt(risk).mean())
             keep(file, known)
         return {n: known[n] for n in names}
 

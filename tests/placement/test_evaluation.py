@@ -107,3 +107,29 @@ def test_more_sensors_are_never_worse(scenes, boards, quick, objective: str):
         for w in ([1.0, 0, 0], [1.0, 1, 0], [1.0, 1, 1])
     ]
     assert values[0] > values[1] > values[2]
+
+
+def test_risk_is_that_of_the_dense_gain(scenes, boards, quick):
+    """Noise through the gain, and the pull of the priors on this very motion."""
+    scene = scenes[0]
+    criterion = Criterion((scene,), dataclasses.replace(quick, probes=400))
+    evaluation = criterion.evaluate(boards)
+    posterior = evaluation.posteriors[0]
+    t, nv = scene.frames, scene.body.nv
+    eye = np.eye(t * nv).reshape(t, nv, t * nv)
+    covariance = posterior.solve(eye)[0].reshape(t * nv, t * nv)
+    prior = np.zeros((t + 2, nv, t + 2, nv))
+    for o in range(3):
+        for k in range(t):
+            prior[k + o, :, k] = scene.prior.lower[k, o]
+            prior[k, :, k + o] = scene.prior.lower[k, o].T
+    prior = prior[:t, :, :t].reshape(t * nv, t * nv)
+    spread = covariance - covariance @ prior @ covariance
+    bias = covariance @ scene.prior.pull.ravel()
+    expected = []
+    for target in scene.target:
+        rows = np.zeros((t, 3, t, nv))
+        rows[np.arange(t), :, np.arange(t)] = target
+        rows = rows.reshape(3 * t, t * nv)
+        expected.append(np.trace(rows @ spread @ rows.T) + ((rows @ bias) ** 2).sum())
+    np.testing.assert_allclose(criterion.risk(evaluation)[0], expected, rtol=0.15, atol=1e-9)
