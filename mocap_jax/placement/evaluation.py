@@ -12,8 +12,10 @@ For the trace it follows from 1/tr(A H^-1 A') = min tr(Y'HY) over Y with tr(AY) 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
@@ -147,7 +149,10 @@ class Criterion:
             for s, d in self._padded(evaluation)
         )
 
-    def _padded(self, evaluation: Evaluation):
+    def _padded(
+        self, evaluation: Evaluation
+    ) -> Iterator[tuple[Scene, tuple[jax.Array, jax.Array]]]:
+        """Directions of every scene, as the traced functions take them."""
         for scene, (x, z) in zip(self.scenes, evaluation.directions, strict=True):
             t = len(scene.kinematics.present)
             padded = np.pad(x, ((0, t - len(x)), (0, 0), (0, 0)))

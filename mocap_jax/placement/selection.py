@@ -182,10 +182,8 @@ class Selector:
         chosen = set(subset) | {i for u in units if required & set(u) for i in u}
         while len(chosen) < count:
             room = count - len(chosen)
-            options = [
-                tuple(sorted(chosen | set(u)))
-                for u in units if not chosen & set(u) and len(u) <= room
-            ]  # fmt: skip
+            fitting = [u for u in units if not chosen & set(u) and len(u) <= room]
+            options: list[Subset] = [tuple(sorted(chosen | set(u))) for u in fitting]
             grown = [s for s in options if self._within_limits(s)]
             if not grown:
                 return []
