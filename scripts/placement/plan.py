@@ -29,6 +29,12 @@ class Plan:
         self.test = Clip(motion, start, end - start)
         """The motion that placements are scored on."""
 
+    @property
+    def key(self) -> str:
+        """What studies depend on, for names of files."""
+        a = self.arguments
+        return "-".join([a.root, str(a.evaluations), *a.require])
+
     @cached_property
     def body(self) -> Any:
         """Who wears them."""
@@ -115,7 +121,7 @@ class Plan:
 
         return PlacementOptions(
             sensors=6, most=6, root=self.arguments.root,
-            constraints=Constraints(symmetric=True),
+            constraints=Constraints(symmetric=True, required=tuple(self.arguments.require)),
             search=SearchOptions(evaluations=self.arguments.evaluations),
         )  # fmt: skip
 
@@ -125,7 +131,7 @@ class Plan:
         from mocap_jax.placement import place, study_record
         from mocap_jax.simulation import Mounting
 
-        file = self.folder / f"study-{self.arguments.root}-{self.arguments.evaluations}.json"
+        file = self.folder / f"study-{self.key}.json"
         if not file.is_file():
             motions = [load(c, self.body) for c in TRAINING]
             study = place(self.body, motions, self.options(), progress=True)
@@ -141,7 +147,7 @@ class Plan:
         """The study of sources; kept as a file."""
         from mocap_jax.placement import choose_sources
 
-        file = self.folder / f"sources-{self.arguments.root}.json"
+        file = self.folder / f"sources-{self.key}.json"
         if not file.is_file():
             motions = [load(c, self.body) for c in TRAINING]
             found = choose_sources(
@@ -161,7 +167,7 @@ class Plan:
         from mocap_jax.placement import Judge
         from mocap_jax.simulation import Suit
 
-        file = self.folder / f"expected-{self.arguments.root}-{self.test.label}.json"
+        file = self.folder / f"expected-{self.key}-{self.test.label}.json"
         known = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
         if missing := [n for n in names if n not in known]:
             judge = Judge(self.body, [load(self.test, self.body)], self.options())
