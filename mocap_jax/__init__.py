@@ -63,6 +63,9 @@ if TYPE_CHECKING:
     from mocap_jax.motion import retarget_errors as retarget_errors
     from mocap_jax.motion import segment_lengths as segment_lengths
     from mocap_jax.motion import with_segment_lengths as with_segment_lengths
+    from mocap_jax.placement import PlacementOptions as PlacementOptions
+    from mocap_jax.placement import PlacementStudy as PlacementStudy
+    from mocap_jax.placement import place as place
     from mocap_jax.recording import Recording as Recording
     from mocap_jax.recording import Setup as Setup
     from mocap_jax.report import write_animation as write_animation
@@ -92,6 +95,7 @@ _HOME = {
         "BUILTIN_MOTIONS", "Motion", "builtin_motion", "human", "human_like", "load_motion",
         "retarget", "retarget_errors", "segment_lengths", "with_segment_lengths",
     ),
+    "placement": ("PlacementOptions", "PlacementStudy", "place"),
     "recording": ("Recording", "Setup"),
     "report": ("write_animation", "write_report"),
     "simulation": ("SimulationOptions", "simulate"),

@@ -21,6 +21,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("residuals", "simulation"),
     ("initialise",),
     ("estimate",),
+    ("placement",),
     ("report",),
     ("cli",),
 )

@@ -2,7 +2,11 @@
 
 from mocap_jax.report.animation import write_animation
 from mocap_jax.report.page import write_report
+from mocap_jax.report.placement_picture import placement_figure, write_placement_picture
 from mocap_jax.report.stick import plot_body
 from mocap_jax.report.strip import motion_strip
 
-__all__ = ["motion_strip", "plot_body", "write_animation", "write_report"]
+__all__ = [
+    "motion_strip", "placement_figure", "plot_body", "write_animation", "write_placement_picture",
+    "write_report",
+]  # fmt: skip

@@ -8,6 +8,7 @@ from benchmarks.filter_speed import realtime_factor
 from benchmarks.iteration import border_ratio, over_lapack
 from benchmarks.memory import peak_memory
 from benchmarks.metric import Metric
+from benchmarks.placement_study import placement_study
 from benchmarks.selected_inverse import selected_inverse
 from benchmarks.start_up import cold_start, warm_overhead
 
@@ -19,4 +20,5 @@ METRICS: dict[str, Callable[[], Metric]] = {
     "cold_start_s": cold_start,
     "warm_overhead_s": warm_overhead,
     "peak_memory_gb_20000_frames": peak_memory,
+    "placement_study_s": placement_study,
 }

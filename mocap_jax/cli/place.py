@@ -1,0 +1,202 @@
+"""`mocap-jax place`: where sensors should go on a body, for a set of motions."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mocap_jax.cli.body_choice import HUMAN, add_body_arguments, chosen_body
+from mocap_jax.cli.exit_codes import SUCCESS, UsageError
+from mocap_jax.cli.files import output_folder, write_text
+from mocap_jax.cli.parser import count, number_between, positive_float
+from mocap_jax.errors import InputError
+
+if TYPE_CHECKING:
+    from mocap_jax.body import Body
+    from mocap_jax.motion import Motion
+    from mocap_jax.placement import PlacementOptions, PlacementStudy
+
+SUMMARY = "choose where sensors go on a body for a set of motions"
+EXAMPLE = "mocap-jax place routine:4-9 walking:2-7 -n 6 -o placement --symmetric"
+NOTE = (
+    "A motion is a file (.amc with its .asf beside it, .bvh, .npz) or a built-in motion (routine,\n"
+    "walking); NAME:START-END takes a stretch of it in seconds. Written are placementK.toml (for\n"
+    "simulate --sensors) and placementK.xml (the body with the sensors) for every rank K,\n"
+    "placement.png and study.json."
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the verb."""
+    parser.add_argument(
+        "motions", metavar="MOTION", nargs="+", help="what sensors should be good for"
+    )
+    parser.add_argument("-o", "--output", metavar="DIR", required=True, help="folder to write")
+    parser.add_argument("-n", "--number", type=count, default=6, metavar="N", help="sensors (6)")
+    parser.add_argument(
+        "--most", type=count, metavar="N", help="end of the curve of error by number (N + 2)"
+    )
+    parser.add_argument(
+        "--sensors", default="AG", metavar="KINDS", help="what a sensor measures: A, G or AG (AG)"
+    )
+    parser.add_argument(
+        "--objective", default="A", metavar="NAME",
+        help="A (mean squared error; default), D (volume), E (worst direction), worst (joint)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--over", default="mean", metavar="NAME", help="motions: mean (default) or worst"
+    )
+    parser.add_argument(
+        "--root", default="given", metavar="NAME", help="root pose: given (default) or free"
+    )
+    parser.add_argument("--symmetric", action="store_true", help="left and right alike")
+    parser.add_argument(
+        "--allow", metavar="SEGMENTS", help="segments that may carry one, separated by commas"
+    )
+    parser.add_argument("--require", metavar="SEGMENTS", help="segments that must carry one")
+    parser.add_argument(
+        "--cost", action="append", metavar="SEGMENT=COST", help="of a sensor there (1 elsewhere)"
+    )
+    parser.add_argument("--budget", type=positive_float, metavar="COST", help="largest total cost")
+    parser.add_argument(
+        "--wire", type=positive_float, metavar="M", help="longest total wire, along the body"
+    )
+    parser.add_argument(
+        "--hub", default="Pelvis", metavar="SEGMENT", help="where wires end (Pelvis)"
+    )
+    parser.add_argument(
+        "--distance", type=number_between(0, 1), default=0.05, metavar="M",
+        help="least distance between two sensors (0.05)",
+    )  # fmt: skip
+    parser.add_argument("--restarts", type=count, default=3, metavar="N", help="starts (3)")
+    parser.add_argument("--steps", type=count, default=25, metavar="N", help="of each start (25)")
+    parser.add_argument(
+        "--evaluations", type=count, default=400, metavar="N", help="choices of segments (400)"
+    )
+    parser.add_argument("--seed", type=count, default=0, metavar="N", help="of random starts")
+    add_body_arguments(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the verb."""
+    folder = output_folder(arguments.output)
+    from mocap_jax.placement import place, study_record, write_placement
+    from mocap_jax.report import write_placement_picture
+
+    try:
+        options = _options(arguments)
+    except InputError as error:
+        raise UsageError(str(error)) from error
+    motions = [_motion(text, arguments) for text in arguments.motions]
+    body = motions[0].body
+    study = place(body, motions, options, progress=sys.stderr.isatty())
+    for rank, placement in enumerate(study.placements, start=1):
+        write_placement(folder, f"placement{rank}", study, placement)
+    write_placement_picture(folder / "placement.png", study)
+    write_text(folder / "study.json", json.dumps(study_record(study), indent=2) + "\n")
+    print(table(study))
+    print(f"{folder}: {len(study.placements)} placements in {study.seconds:.0f} s")
+    return SUCCESS
+
+
+def table(study: PlacementStudy) -> str:
+    """The ranking, the curve and what is proven, for people."""
+    lines = ["rank  expected error [cm]  segments"]
+    for rank, p in enumerate(study.placements, start=1):
+        lines.append(f"{rank:4d}  {p.mean_cm:19.2f}  {', '.join(p.segments)}")
+    lines += ["", "sensors  expected error [cm]"]
+    lines += [f"{c.sensors:7d}  {c.mean_cm:19.2f}" for c in study.curve]
+    return "\n".join([*lines, "", study.certificate.sentence])
+
+
+def _options(arguments: argparse.Namespace) -> PlacementOptions:
+    from mocap_jax.placement import Constraints, ErrorModel, PlacementOptions, SearchOptions
+
+    return PlacementOptions(
+        sensors=arguments.number,
+        most=arguments.most,
+        objective=arguments.objective,
+        over=arguments.over,
+        root=arguments.root,
+        errors=ErrorModel(kinds=arguments.sensors.replace(",", "").upper()),
+        constraints=Constraints(
+            allowed=_names(arguments.allow),
+            required=_names(arguments.require),
+            symmetric=arguments.symmetric,
+            costs=_costs(arguments.cost or []),
+            budget=arguments.budget,
+            hub=arguments.hub,
+            wire_m=arguments.wire,
+            distance_m=arguments.distance,
+        ),
+        search=SearchOptions(
+            restarts=arguments.restarts,
+            steps=arguments.steps,
+            evaluations=arguments.evaluations,
+            seed=arguments.seed,
+        ),
+    )
+
+
+def _names(text: str | None) -> tuple[str, ...]:
+    return tuple(n.strip() for n in text.split(",") if n.strip()) if text else ()
+
+
+def _costs(texts: list[str]) -> dict[str, float]:
+    costs = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        try:
+            costs[name] = float(value)
+        except ValueError as error:
+            raise UsageError(f"--cost {text}: expected SEGMENT=COST, as Head=2") from error
+    return costs
+
+
+def _motion(text: str, arguments: argparse.Namespace) -> Motion:
+    """A motion or a stretch of one, on the body of the study."""
+    from mocap_jax.motion import BUILTIN_MOTIONS, builtin_motion, human, load_motion, retarget
+
+    name, stretch = _stretch(text)
+    if name in BUILTIN_MOTIONS:
+        own = arguments.body in (None, HUMAN)
+        body: Body | None = (chosen_body(arguments) or human()) if own else chosen_body(arguments)
+        motion = builtin_motion(name, body if own or name == "routine" else None)
+    elif not Path(name).exists() and not Path(name).suffix:
+        known = ", ".join(BUILTIN_MOTIONS)
+        raise InputError(f"{name}: neither a file nor a built-in motion; built in: {known}")
+    else:
+        motion = load_motion(name)
+        body = chosen_body(arguments, motion) or human()
+    if body is not None and body.xml != motion.body.xml:
+        motion = retarget(motion, body)
+    return motion if stretch is None else _cut(motion, text, *stretch)
+
+
+def _stretch(text: str) -> tuple[str, tuple[float, float] | None]:
+    """`walk.amc:2-7` is the stretch from 2 to 7 s."""
+    name, colon, stretch = text.rpartition(":")
+    if not colon:
+        return text, None
+    start, _, end = stretch.partition("-")
+    try:
+        return name, (float(start), float(end))
+    except ValueError:
+        return text, None
+
+
+def _cut(motion: Motion, text: str, start: float, end: float) -> Motion:
+    import dataclasses
+
+    import numpy as np
+
+    path = motion.trajectory
+    time = np.asarray(path.time) - float(path.time[0])
+    kept = (time >= start) & (time <= end)
+    if kept.sum() < 8:
+        raise InputError(f"{text}: no such stretch; the motion lasts {time[-1]:.1f} s")
+    shorter = dataclasses.replace(path, time=time[kept] - start, q=np.asarray(path.q)[kept], v=None)
+    return dataclasses.replace(motion, name=text, trajectory=shorter)

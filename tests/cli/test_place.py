@@ -1,0 +1,51 @@
+"""`mocap-jax place`: its files, its table and its one-line errors."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from mocap_jax.cli.main import main
+from mocap_jax.simulation import load_suit
+
+ARGUMENTS = (
+    "-n", "1", "--most", "1", "--evaluations", "2", "--restarts", "1", "--steps", "0",
+    "--allow", "T8,Head",
+)  # fmt: skip
+
+
+@pytest.mark.slow
+def test_study_is_written(tmp_path: Path, capsys: pytest.CaptureFixture):
+    folder = tmp_path / "out"
+    assert main(["place", "walking:2-3", "-o", str(folder), *ARGUMENTS]) == 0
+    text = capsys.readouterr().out
+    assert "exhaustive" in text and "rank" in text
+    record = json.loads((folder / "study.json").read_text())
+    assert {p["segments"][0] for p in record["placements"]} == {"T8", "Head"}
+    for rank in (1, 2):
+        suit = load_suit(folder / f"placement{rank}.toml")
+        assert len(suit.boards) == 1
+        assert (folder / f"placement{rank}.xml").read_text().count(suit.boards[0].name)
+    assert (folder / "placement.png").is_file()
+    assert not list(folder.glob(".*"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["walk"], 1, "walk: neither a file nor a built-in motion; built in: routine, walking"),
+        (["walking:90-95"], 1, "walking:90-95: no such stretch; the motion lasts 10"),
+        (["walking", "--objective", "B"], 2, "objective 'B'"),
+        (["walking", "--cost", "Head"], 2, "--cost Head: expected SEGMENT=COST"),
+        (["walking:2-3", "--allow", "Tail"], 1, "'Tail'"),
+        (["walking:2-3", "-n", "40"], 1, "sensors 40: more than the 21 segments"),
+    ],
+)
+def test_wrong_input_gives_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture, arguments: list[str], code: int, message: str
+):
+    assert main(["place", *arguments, "-o", str(tmp_path / "out")]) == code
+    error = capsys.readouterr().err
+    assert message in error and error.count("\n") == 1
