@@ -59,11 +59,12 @@ class NoiseOptions:
     and Nigg 2001) and clocks are off. Adds lag^2 times the squared jerk to the variance of
     accelerations, and lag^2 |alpha|^2 to that of rates. Such errors repeat with the motion, so
     the figure is about twice the lag itself."""
-    memory: float = 0.02
-    """How long one model error lasts [s]: tissue rings and motion repeats, so errors of successive
-    samples are no fresh evidence about constants. (Errors of 3 successive samples at 140 Hz count
-    as one: see `prior_information`. With none, long recordings of fast motion bend mountings; with
-    0.07, which their errors last, short ones find too little of them.)"""
+    independent_samples: float = 330.0
+    """How many samples of a sensor are evidence for its constants, however long the recording.
+    Model errors repeat with the motion (tissue slides alike in like poses), so more of it is no
+    fresh evidence: longer recordings count as this many samples. Twice to four times as many
+    bend mountings in recordings of 30 to 40 s; half as many find too little of them in short
+    ones. (See `prior_information`.)"""
     accelerometer_model: float = 0.2
     """What remains in quiet moments [m/s^2]: drift, and a degree of tilt."""
     gyroscope_model: float = 0.03

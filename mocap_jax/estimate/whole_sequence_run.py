@@ -58,7 +58,7 @@ class Run:
         self.body, self.data, self.built, self.options = body, data, built, options
         layout = built.layout
         self.levels = initial_levels(options, len(layout.sites))
-        self.repeats, self.doubted = repeats(options, float(data.step)), False
+        self.repeats, self.doubted = repeats(options, len(data.time)), False
         self.problem = SequenceProblem(
             layout, body, built.terms, built.weights,
             self._prior_information(last=False), np.dtype(options.dtype),

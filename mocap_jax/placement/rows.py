@@ -29,6 +29,9 @@ from mocap_jax.placement.prior import on_grid
 from mocap_jax.placement.scene import Kinematics
 from mocap_jax.residuals.inertial import CONSISTENT, log_below_pi
 
+# How long one model error lasts [s]: a board rings on tissue at 8 to 20 Hz.
+_LASTING = 0.02
+
 CONSTANTS = 12
 """Of a board: gyroscope bias, accelerometer bias, mounting rotation, offset."""
 
@@ -66,10 +69,10 @@ def variances_of(
 ) -> tuple[Float[Array, "t n"], Float[Array, "t n"]]:
     """Variances of specific forces and of rates on the study's grid.
 
-    Model errors outlast a sample by `memory`: a grid step averages over that few of them only.
+    Model errors outlast a sample: a grid step averages over few of them only.
     """
     grid, model = on_grid(errors, k.step), errors.model
-    share = float(model.model_errors) * model.memory / k.step
+    share = float(model.model_errors) * _LASTING / k.step
     one = jnp.concatenate([jnp.ones((len(boards.position), 1)), boards.position], axis=1)
     jerk = jnp.einsum("ni,tnij,nj->tn", one, k.jerk[:, boards.body], one)
     turn, spin = k.turn[:, boards.body], k.spin[:, boards.body]

@@ -21,8 +21,8 @@ from tests.estimate.synthetic import record
 pytestmark = pytest.mark.slow
 # Estimates solved again differ by this much from the minimum, in units of `Case.value`.
 RESOLUTION = 3e-10
-# Parameters of no effect on the small body: it has no orientations and no joint limits.
-WITHOUT_EFFECT = ("orientation", "limit_sigma", "joint_range")
+# Parameters of no effect on the small body: it has no orientations, joint limits or shared joints.
+WITHOUT_EFFECT = ("orientation", "limit_sigma", "joint_range", "shared_")
 
 
 class Case(NamedTuple):

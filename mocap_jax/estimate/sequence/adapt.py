@@ -83,7 +83,7 @@ def re_estimate(
         options: of the optimiser.
         generator: for the posterior draws.
     """
-    often = repeats(options, problem.step)
+    often = repeats(options, problem.frames)
     equations, f = problem.factorised(state)
     draws = [linalg.sample(f, equations.border, generator) for _ in range(_DRAWS)]
     here = problem.residuals(state)

@@ -84,9 +84,9 @@ def constant_cells(layout: Layout) -> dict[str, np.ndarray]:
 def prior_information(levels: Levels, built: Built, repeats: float, *, last: bool) -> np.ndarray:
     """Inverse variances of all constants (m,); a zero deviation pins the constant.
 
-    Model errors repeat in successive samples, so data that have them speak for constants as if
-    there were `repeats` times as many: the priors, which constants are weighed against, count as
-    often. (Those of biases do not: a bias differs from what repeats with the motion.) Those of the
+    Model errors repeat with the motion, so data that have them speak for constants as if there
+    were `repeats` times as many: the priors, which constants are weighed against, count as often.
+    (Those of biases do not: a bias differs from what repeats with the motion.) Those of the
     geometry do in the last round only: before, misfit of a clean recording whose body is wrong must
     be free to go where it belongs, or it would be taken for model errors of its sensors.
     """
@@ -132,9 +132,9 @@ def mostly_wrong(levels: Levels, built: Built) -> bool:
     return bool(2 * wrong.sum() > len(wrong)) if len(wrong) else levels.share["range"][0] > 0
 
 
-def repeats(options: OptimiseOptions, step: float) -> float:
-    """Successive samples that share one model error; at least 1."""
-    return max(1.0, options.noise.memory / step)
+def repeats(options: OptimiseOptions, frames: int) -> float:
+    """How often one model error comes in a recording, at least 1."""
+    return max(1.0, frames / options.noise.independent_samples)
 
 
 def information(
