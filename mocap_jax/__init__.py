@@ -74,6 +74,7 @@ if TYPE_CHECKING:
     from mocap_jax.simulation import simulate as simulate
     from mocap_jax.solution import Solution as Solution
     from mocap_jax.solution import Status as Status
+    from mocap_jax.solution import determination as determination
     from mocap_jax.solution import uncertainty as uncertainty
     from mocap_jax.trajectory import Trajectory as Trajectory
 
@@ -99,7 +100,7 @@ _HOME = {
     "recording": ("Recording", "Setup"),
     "report": ("write_animation", "write_report"),
     "simulation": ("SimulationOptions", "simulate"),
-    "solution": ("Solution", "Status", "uncertainty"),
+    "solution": ("Solution", "Status", "determination", "uncertainty"),
     "trajectory": ("Trajectory",),
 }  # fmt: skip
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}

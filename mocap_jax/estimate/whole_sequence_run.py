@@ -17,7 +17,6 @@ from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.rest_biases import rest_biases
 from mocap_jax.estimate.sequence.adapt import implausible, re_estimate
 from mocap_jax.estimate.sequence.corner import constant_values
-from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.levels import (
     Levels,
     any_wrong,
@@ -157,12 +156,12 @@ class Run:
         self, result: Result, changed: dict[str, np.ndarray], recording: Recording, *,
         root_given: bool,
     ) -> Solution:  # fmt: skip
-        state, layout = result.state, self.built.layout
+        state = result.state
         status, remarks = _STATUS[result.outcome], [result.message] if result.message else []
-        covariance, pairs, deviations = None, None, np.full(layout.constants, np.nan)
+        covariance, pairs, constants = None, None, None
         if status.ok:
             try:
-                covariance, pairs, deviations = self._covariance(state)
+                covariance, pairs, constants = self._covariance(state)
             except SolveError as error:
                 status = Status.UNDETERMINED
                 remarks.append(_undetermined(str(error), root_given=root_given))
@@ -182,21 +181,39 @@ class Run:
                 self.problem.residuals(state), changed, self.built, self.data, self.body
             ),
             options=_record(self.options, self.levels),
-            **_calibration(state, deviations, self.data.sensors, layout),  # type: ignore[arg-type]
+            **self._calibration(state, constants),  # type: ignore[arg-type]
         )
 
-    def _covariance(self, state: State) -> tuple[np.ndarray | None, np.ndarray | None, np.ndarray]:
-        """Of poses and of neighbouring poses, as wanted, and deviations of the constants."""
-        layout = self.built.layout
-        deviations = np.full(layout.constants, np.nan)
+    def _covariance(
+        self, state: State
+    ) -> tuple[np.ndarray | None, np.ndarray | None, np.ndarray | None]:
+        """Of poses and of neighbouring poses, as wanted, and of the constants."""
         equations, f = self.problem.factorised(state)
-        if layout.use_border:
-            deviations = np.sqrt(np.diag(linalg.corner_covariance(f)))
+        constants = linalg.corner_covariance(f) if self.built.layout.use_border else None
         if not self.options.covariance:
-            return None, None, deviations
+            return None, None, constants
         if not self.options.pair_covariance:
-            return linalg.marginals(f, equations.border), None, deviations
-        return *linalg.pair_marginals(f, equations.border), deviations
+            return linalg.marginals(f, equations.border), None, constants
+        return *linalg.pair_marginals(f, equations.border), constants
+
+    def _calibration(self, state: State, covariance: np.ndarray | None) -> dict[str, object]:
+        """Constants by name, with their deviations; NaN where the covariance is unknown."""
+        layout = self.built.layout
+        if not layout.use_border:
+            return {}
+        values, table = (
+            constant_values(state.constants),
+            constant_places(layout, self.data.sensors),
+        )
+        missing = np.full(layout.constants, np.nan)
+        deviations = missing if covariance is None else np.sqrt(np.diag(covariance))
+        prior = 1 / np.sqrt(self.problem.prior_information)
+        return {
+            "calibration": {k: values[at] for k, at in table.items()},
+            "calibration_std": {k: deviations[at] for k, at in table.items()},
+            "calibration_prior_std": {k: prior[at] for k, at in table.items()},
+            "calibration_covariance": covariance,
+        }
 
     def _velocity(self, state: State) -> np.ndarray:
         """Central differences of the poses, in the tangent space."""
@@ -206,18 +223,6 @@ class Run:
 def _undetermined(reason: str, *, root_given: bool) -> str:
     what = "some poses" if root_given else "root position, heading and their slow drift"
     return f"The data do not determine {what}; no covariance ({reason})."
-
-
-def _calibration(
-    state: State, deviations: np.ndarray, sensors: tuple[str, ...], layout: Layout
-) -> dict[str, dict[str, np.ndarray]]:
-    if not layout.use_border:
-        return {}
-    values, table = constant_values(state.constants), constant_places(layout, sensors)
-    return {
-        "calibration": {k: values[at] for k, at in table.items()},
-        "calibration_std": {k: deviations[at] for k, at in table.items()},
-    }
 
 
 def _record(options: OptimiseOptions, levels: Levels) -> dict[str, object]:

@@ -1,6 +1,7 @@
 """What an estimator returns."""
 
+from mocap_jax.solution.determination import Determination, determination
 from mocap_jax.solution.solution import Solution, Status
 from mocap_jax.solution.uncertainty import uncertainty
 
-__all__ = ["Solution", "Status", "uncertainty"]
+__all__ = ["Determination", "Solution", "Status", "determination", "uncertainty"]

@@ -80,6 +80,11 @@ class Solution:
     [m/s^2], `mounting_rotation/...` (rotation vector, rad, sensor frame)."""
     calibration_std: dict[str, np.ndarray] = field(default_factory=dict)
     """Their standard deviations, same keys."""
+    calibration_prior_std: dict[str, np.ndarray] = field(default_factory=dict)
+    """Standard deviations of the priors they were solved with, same keys (not in files)."""
+    calibration_covariance: Float[np.ndarray, "m m"] | None = None
+    """Their joint covariance, in the order of `calibration` laid end to end (not in files; see
+    `determination`)."""
     options: dict[str, object] = field(default_factory=dict)
     """The options used, by name, for the record."""
 

@@ -9,7 +9,7 @@ import pytest
 
 from mocap_jax.estimate import ConstantsOptions, OptimiseOptions, optimise
 from mocap_jax.recording import Recording, RestHold
-from mocap_jax.solution import Solution
+from mocap_jax.solution import Solution, determination
 from tests.estimate.synthetic import SENSORS, XML, record
 
 SHORTER, FASTER, LATE = 0.05, 0.006, 0.003
@@ -66,6 +66,15 @@ def test_neighbours_are_one_distribution_with_the_poses(solved: Solution) -> Non
     assert (np.linalg.eigvalsh(correlation)[:, 0] > -1e-9).all()
     # Errors of successive frames are almost the same.
     assert np.diagonal(correlation[:, : P.shape[1], P.shape[1] :], axis1=1, axis2=2).min() > 0.5
+
+
+def test_what_was_found_counts_as_determined(solved: Solution) -> None:
+    found = determination(solved)
+    assert 0 < found.rank < found.count
+    unknown = {name for name, _ in found.undetermined}
+    assert not unknown & {"segment_length/ForeArm", "gyroscope_bias/forearm/x"}
+    flat = np.concatenate([np.ravel(x) for x in solved.calibration_std.values()])
+    np.testing.assert_allclose(np.sqrt(np.diag(solved.calibration_covariance)), flat)
 
 
 def test_ranges_alone_call_for_the_geometry(wrong: Recording) -> None:
