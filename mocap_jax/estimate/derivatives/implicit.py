@@ -24,15 +24,11 @@ from mocap_jax.estimate.sequence.layout import Layout
 # Relative residual of the linear solves, and most iterations of one.
 _LINEAR_TOLERANCE, _LINEAR_ITERATIONS = 1e-9, 60
 # Steps end below this RMS step, in posterior standard deviations.
-_TOLERANCE, _STEPS = 1e-11, 60
-# Earlier steps that a new one is mixed from, and the ridge of their least squares.
-_MEMORY, _RIDGE = 6, 1e-14
+_TOLERANCE, _STEPS = 1e-9, 12
 
 
-Field = Callable[[Step], Step]
-"""The gradient at a step."""
 Linear = Callable[[Step], Step]
-"""Its derivative along a step."""
+"""A product with the Hessian."""
 
 
 def _dot(a: Step, b: Step) -> Array:
@@ -49,6 +45,8 @@ class _Descent(NamedTuple):
     direction: Step
     product: Array
     """Residual times preconditioned residual."""
+    convex: Array
+    """No direction so far had negative curvature."""
     iteration: Array
 
 
@@ -60,20 +58,23 @@ def conjugate_gradients(matvec: Linear, b: Step, preconditioner: Preconditioner)
 
     def unfinished(s: _Descent) -> Array:
         small = s.product <= _LINEAR_TOLERANCE**2 * start
-        return ~small & (s.iteration < _LINEAR_ITERATIONS)
+        return s.convex & ~small & (s.iteration < _LINEAR_ITERATIONS)
 
     def advance(s: _Descent) -> _Descent:
         image = matvec(s.direction)
-        length = s.product / _dot(s.direction, image)
+        curvature = _dot(s.direction, image)
+        convex = curvature > 0
+        # Along negative curvature the solution so far stands, or the first direction as it is.
+        length = jnp.where(convex, s.product / curvature, jnp.where(s.iteration == 0, 1.0, 0.0))
         residual = _plus(s.residual, -length, image)
         spread = preconditioner.solve(residual)
         product = _dot(residual, spread)
         return _Descent(
             _plus(s.solution, length, s.direction), residual,
-            _plus(spread, product / s.product, s.direction), product, s.iteration + 1,
+            _plus(spread, product / s.product, s.direction), product, convex, s.iteration + 1,
         )  # fmt: skip
 
-    begin = _Descent(zero, b, first, start, jnp.zeros((), int))
+    begin = _Descent(zero, b, first, start, jnp.asarray(True), jnp.zeros((), int))
     return jax.lax.while_loop(unfinished, advance, begin).solution
 
 
@@ -117,7 +118,7 @@ def _minimum(
         jnp.zeros((point.q.shape[0], layout.topology.nv), point.q.dtype),
         jnp.zeros(layout.constants, point.q.dtype),
     )
-    return _descend(lambda step: _gradient(layout, bound, point, step), zero, preconditioner)
+    return _descend(layout, preconditioner, bound, point, zero)
 
 
 @partial(jax.jit, static_argnums=0)
@@ -149,60 +150,45 @@ class _Search(NamedTuple):
     step: Step
     size: Array
     """RMS of the last change."""
-    change: Step
-    """The last one, before it was mixed with earlier ones."""
-    slope: Step
-    steps: Step
-    """Differences of the last few steps, latest first, and of their changes and slopes."""
-    changes: Step
-    slopes: Step
     iteration: Array
 
 
-def _descend(f: Field, start: Step, preconditioner: Preconditioner) -> tuple[Step, Array]:
-    """Root of a gradient f by Anderson's acceleration of x - M^-1 f(x); also the last change's RMS.
+def _descend(
+    layout: Layout, preconditioner: Preconditioner, bound: Bound, point: Point, start: Step
+) -> tuple[Step, Array]:
+    """Minimum by Newton's method with conjugate gradients and backtracking; the last change's RMS.
 
-    M are the factored equations of the solution. Where they differ from the Hessian, which plain
-    iteration would multiply errors by, the mixture of the last few steps makes up for it (near the
-    root it is what GMRES does). Least squares in the norm of M (Walker and Ni 2011).
+    The factored equations alone would not do in place of the Hessian: for joints that only a weak
+    prior holds, curvature that they leave out is several times what they have.
     """
     unknowns = start.x.size + start.z.size
 
-    def at(step: Step) -> tuple[Step, Step, Array]:
-        slope = f(step)
-        change = jax.tree.map(jnp.negative, preconditioner.solve(slope))
-        return change, slope, jnp.sqrt(jnp.maximum(-_dot(change, slope), 0.0) / unknowns)
+    def height(step: Step) -> Array:
+        return cost(layout, bound, moved(layout, point, step))
 
     def unfinished(s: _Search) -> Array:
         return (s.size > _TOLERANCE) & (s.iteration < _STEPS)
 
     def advance(s: _Search) -> _Search:
-        gram = -_dots(s.changes, s.slopes)
-        ridge = _RIDGE * jnp.trace(gram) + jnp.finfo(gram.dtype).tiny
-        right = -_dots(s.changes, jax.tree.map(lambda x: x[None], s.slope))[:, 0]
-        share = jnp.linalg.solve(gram + ridge * jnp.eye(_MEMORY), right)
-        mixed = jax.tree.map(
-            lambda f, dx, df: f - jnp.tensordot(share, dx + df, 1), s.change, s.steps, s.changes
-        )
-        step = _plus(s.step, 1.0, mixed)
-        change, slope, size = at(step)
-        return _Search(
-            step, size, change, slope, _remember(s.steps, s.step, step),
-            _remember(s.changes, s.change, change), _remember(s.slopes, s.slope, slope),
-            s.iteration + 1,
-        )  # fmt: skip
+        slope = _gradient(layout, bound, point, s.step)
 
-    nothing = jax.tree.map(lambda x: jnp.zeros((_MEMORY, *x.shape), x.dtype), start)
-    change, slope, size = at(start)
-    begin = _Search(start, size, change, slope, nothing, nothing, nothing, jnp.zeros((), int))
+        def product(v: Step) -> Step:
+            return jax.jvp(lambda x: _gradient(layout, bound, point, x), (s.step,), (v,))[1]
+
+        change = conjugate_gradients(product, slope, preconditioner)
+        decrease = _dot(slope, change)
+        here = height(s.step)
+
+        def too_far(length: Array) -> Array:
+            there = height(_plus(s.step, -length, change))
+            # Rounding decides where the cost cannot tell the points apart.
+            enough = here - 1e-4 * length * decrease + 1e-13 * jnp.abs(here)
+            return ~(there <= enough) & (length > 1e-4)
+
+        length = jax.lax.while_loop(too_far, lambda x: x / 4, jnp.ones((), here.dtype))
+        size = jnp.sqrt(jnp.maximum(decrease, 0.0) / unknowns)
+        return _Search(_plus(s.step, -length, change), size, s.iteration + 1)
+
+    begin = _Search(start, jnp.asarray(jnp.inf, start.x.dtype), jnp.zeros((), int))
     end = jax.lax.while_loop(unfinished, advance, begin)
     return end.step, end.size
-
-
-def _dots(a: Step, b: Step) -> Array:
-    """All products of two rows of steps."""
-    return jnp.einsum("itd,jtd->ij", a.x, b.x) + a.z @ b.z.T
-
-
-def _remember(rows: Step, before: Step, now: Step) -> Step:
-    return jax.tree.map(lambda r, a, b: jnp.concatenate([(b - a)[None], r[:-1]]), rows, before, now)

@@ -35,6 +35,9 @@ from mocap_jax.estimate.whole_sequence_run import Run
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution
 
+# The last step to the minimum is smaller than this [posterior standard deviations].
+_REACHED = 1e-4
+
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
@@ -73,7 +76,9 @@ class Differentiable:
         self._preconditioner = preconditioner(f, equations.border)
         state = run.state
         self._point = Point(jnp.asarray(state.q), jax.tree.map(jnp.asarray, state.constants))
-        self._point = self._moved(self.parameters)[0]
+        self._point, size = self._moved(self.parameters)
+        if not float(size) < _REACHED:
+            raise SolveError("the solve stopped away from the minimum; derivatives are undefined")
 
     def __call__(self, parameters: Parameters) -> Estimate:
         """Poses and constants for other parameters, near those of the solution.
