@@ -182,7 +182,7 @@ def _descend(
         def too_far(length: Array) -> Array:
             there = height(_plus(s.step, -length, change))
             # Rounding decides where the cost cannot tell the points apart.
-            enough = here - 1e-4 * length * decrease + 1e-13 * jnp.abs(here)
+            enough = here - 1e-4 * length * decrease + 1e-11 * jnp.abs(here)
             return ~(there <= enough) & (length > 1e-4)
 
         length = jax.lax.while_loop(too_far, lambda x: x / 4, jnp.ones((), here.dtype))
