@@ -22,7 +22,7 @@ from mocap_jax.estimate.derivatives.preconditioner import Preconditioner
 from mocap_jax.estimate.sequence.layout import Layout
 
 # Relative residual of the linear solves, and most iterations of one.
-_LINEAR_TOLERANCE, _LINEAR_ITERATIONS = 1e-9, 60
+_LINEAR_TOLERANCE, _LINEAR_ITERATIONS = 1e-12, 60
 # Steps end below this RMS step, in posterior standard deviations.
 _TOLERANCE, _STEPS = 1e-9, 12
 
