@@ -110,6 +110,11 @@ def _gradient(layout: Layout, bound: Bound, point: Point, step: Step) -> Step:
     return jax.grad(lambda s: cost(layout, bound, moved(layout, point, s)))(step)
 
 
+def _hessian_product(layout: Layout, bound: Bound, point: Point, step: Step) -> Linear:
+    """The Hessian at a step times a direction."""
+    return lambda v: jax.jvp(lambda s: _gradient(layout, bound, point, s), (step,), (v,))[1]
+
+
 @partial(jax.jit, static_argnums=0)
 def _minimum(
     layout: Layout, preconditioner: Preconditioner, bound: Bound, point: Point
@@ -137,10 +142,7 @@ def _linear_solve(
     right: Step,
 ) -> Step:
     """Solve H x = right with the Hessian at a step."""
-
-    def product(v: Step) -> Step:
-        return jax.jvp(lambda s: _gradient(layout, bound, point, s), (step,), (v,))[1]
-
+    product = _hessian_product(layout, bound, point, step)
     return jax.lax.custom_linear_solve(
         product, right, lambda _, y: conjugate_gradients(product, y, preconditioner), symmetric=True
     )
@@ -171,10 +173,7 @@ def _descend(
 
     def advance(s: _Search) -> _Search:
         slope = _gradient(layout, bound, point, s.step)
-
-        def product(v: Step) -> Step:
-            return jax.jvp(lambda x: _gradient(layout, bound, point, x), (s.step,), (v,))[1]
-
+        product = _hessian_product(layout, bound, point, s.step)
         change = conjugate_gradients(product, slope, preconditioner)
         decrease = _dot(slope, change)
         here = height(s.step)

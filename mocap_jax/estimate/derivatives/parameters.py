@@ -15,7 +15,7 @@ from mocap_jax import so3
 from mocap_jax.body import Body
 from mocap_jax.estimate.derivatives.averaging import de_averaged, interval_means
 from mocap_jax.estimate.sequence.layout import Layout, Terms
-from mocap_jax.estimate.sequence.levels import KINDS, constant_cells
+from mocap_jax.estimate.sequence.levels import INFORMATION, KINDS, constant_cells
 from mocap_jax.residuals.inertial import CONSISTENT
 
 
@@ -125,12 +125,6 @@ class Fixed:
 
 
 _SMOOTHNESS = ("smoothness_density", "shared_smoothness_density", "translation_density")
-_INFORMATION = {
-    "accelerometer": "force_information",
-    "gyroscope": "rate_information",
-    "orientation": "orientation_information",
-    "range": "range_information",
-}
 
 
 def terms_of(layout: Layout, fixed: Fixed, p: Parameters, sound: Array, step: Array) -> Terms:
@@ -160,7 +154,7 @@ def terms_of(layout: Layout, fixed: Fixed, p: Parameters, sound: Array, step: Ar
         "reference": _reference(layout, fixed, p),
         "reference_information": _reference_information(layout, fixed, p),
     }
-    changes |= {_INFORMATION[kind]: _information(kind, fixed, p) for kind in KINDS}
+    changes |= {INFORMATION[kind]: _information(kind, fixed, p) for kind in KINDS}
     return dataclasses.replace(fixed.terms, **changes)
 
 
@@ -172,7 +166,7 @@ def _information(kind: str, fixed: Fixed, p: Parameters) -> Array:
         share = getattr(q.model_errors, kind)
         return fixed.declared[kind] * ratio**2 + share**2 * fixed.model[kind]
 
-    info = getattr(fixed.terms, _INFORMATION[kind])
+    info = getattr(fixed.terms, INFORMATION[kind])
     return info * variance(fixed.base) / variance(p) * getattr(p.weights, kind)
 
 
@@ -199,11 +193,10 @@ def _reference_information(layout: Layout, fixed: Fixed, p: Parameters) -> Array
     base, f = fixed.base.figures, p.figures
     square = lambda name: (getattr(base, name) / getattr(f, name)) ** 2  # noqa: E731
     nv, first = layout.topology.nv, 6 if _has_root(layout) else 0
-    measured = jnp.full(nv, square("rest_sigma"))
     root = jnp.repeat(jnp.stack([square("root_position"), square("root_orientation")]), 3)[:first]
     # Where the root was not measured, what holds it still is no root measurement.
-    rooted = jnp.where(fixed.root_known[:, None], measured.at[:first].set(root), measured)
-    rooted = rooted.at[:, :first].set(jnp.where(fixed.root_known[:, None], rooted[:, :first], 1.0))
+    rooted = jnp.full((len(fixed.root_known), nv), square("rest_sigma"))
+    rooted = rooted.at[:, :first].set(jnp.where(fixed.root_known[:, None], root, 1.0))
     weak = jnp.full(rooted.shape, square("pose_sigma"))
     return fixed.terms.reference_information * jnp.stack([rooted, weak])
 
