@@ -11,7 +11,7 @@ PACKAGE = Path(__file__).resolve().parents[1] / "mocap_jax"
 
 LAYERS: tuple[tuple[str, ...], ...] = (
     ("errors", "so3", "compilation_cache"),
-    ("linalg",),
+    ("linalg", "stored_programs"),
     ("body",),
     ("trajectory",),
     ("recording",),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -36,6 +36,10 @@ class Topology:
 
     def __hash__(self) -> int:
         return self._hash
+
+    def __getstate__(self) -> dict[str, object]:
+        """The fields alone: what is cached, the hash above all, holds for one process."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @cached_property
     def joint_qpos(self) -> np.ndarray:

@@ -15,7 +15,6 @@ from jax import Array
 from jaxtyping import Bool, Float
 
 from mocap_jax.body import Body, Topology
-from mocap_jax.compilation_cache import COMPILER_OPTIONS
 from mocap_jax.estimate.filter_frame import (
     FilterModel,
     FrameInput,
@@ -24,6 +23,7 @@ from mocap_jax.estimate.filter_frame import (
 )
 from mocap_jax.estimate.pose_manifold import pose_manifold
 from mocap_jax.kalman import Dynamics, Innovation, Process, State, smooth_pair, smooth_step
+from mocap_jax.stored_programs import StoredProgram
 
 
 class Estimates(NamedTuple):
@@ -37,7 +37,7 @@ class Estimates(NamedTuple):
     """Of the next pose with each; zero for the last of the recording."""
 
 
-@partial(jax.jit, static_argnames="model", compiler_options=COMPILER_OPTIONS)
+@partial(StoredProgram, static=("model",))
 def filter_chunk(
     body: Body, model: FilterModel, parameters: Parameters, state: State, frames: FrameInput
 ) -> tuple[State, State, dict[str, Innovation]]:
@@ -51,11 +51,7 @@ def filter_chunk(
     return state, beliefs, innovations
 
 
-@partial(
-    jax.jit,
-    static_argnames=("topology", "process", "covariance", "pairs"),
-    compiler_options=COMPILER_OPTIONS,
-)
+@partial(StoredProgram, static=("topology", "process", "covariance", "pairs"))
 def smooth_chunk(
     topology: Topology,
     process: Process,
@@ -65,7 +61,7 @@ def smooth_chunk(
     next_state: State,
     next_valid: Bool[Array, ""],
     covariance: bool,
-    pairs: bool = False,
+    pairs: bool,
 ) -> tuple[State, Estimates]:
     """Smooth a chunk.
 

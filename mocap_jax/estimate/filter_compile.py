@@ -29,20 +29,17 @@ def compile_filter(
     def filtering() -> None:
         rest = declared_rest(recording, body, options.rest)
         run = prepare(recording, body, options, rest, use_root)
-        lowered = filter_chunk.lower(run.body, run.model, run.parameters, run.start, run.chunks[0])
-        shapes.extend([run._replace(chunks=run.chunks[:1]), *_results(lowered.out_info)])
-        lowered.compile()
+        results = filter_chunk.prepare(
+            run.body, run.model, run.parameters, run.start, run.chunks[0]
+        )
+        shapes.extend([run._replace(chunks=run.chunks[:1]), *results])
 
     def smoothing() -> None:
         run, last, beliefs, _ = shapes
-        smooth_chunk.lower(
+        smooth_chunk.prepare(
             run.body.topology, run.model.process, run.parameters.dynamics, beliefs,
             run.chunks[0].valid, last, jax.numpy.asarray(False), options.covariance,
             options.pair_covariance,
-        ).compile()  # fmt: skip
+        )  # fmt: skip
 
     return compile_once(key, *(filtering, smoothing)[: 1 + options.smooth])
-
-
-def _results(tree: Any) -> Any:
-    return jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype), tree)

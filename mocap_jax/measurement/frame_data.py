@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import jax
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.interpolate import CubicSpline
 
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError, unknown_name
@@ -23,6 +22,8 @@ ArrayLike = jax.Array | np.ndarray
 _SAME_TIME = 1e-5
 # A gap is a spacing of more than this many nominal intervals.
 _GAP = 1.6
+# A cubic spline takes this many samples.
+_SPLINE = 4
 
 
 @jax.tree_util.register_dataclass
@@ -144,18 +145,20 @@ def _resample(stream_time: np.ndarray, values: np.ndarray, time: np.ndarray) -> 
         ts, xs = t[stretch], x[stretch]
         tolerance = max(_SAME_TIME, 1e-3 * nominal)
         inside = np.flatnonzero((time >= ts[0] - tolerance) & (time <= ts[-1] + tolerance))
-        if len(ts) >= 4:
-            out[inside] = CubicSpline(ts, xs)(np.clip(time[inside], ts[0], ts[-1]))
-        else:
-            inside = inside[np.abs(time[inside, None] - ts).min(axis=1) < tolerance]
-        nearest = (
-            np.abs(time[inside, None] - ts[None, :]).argmin(axis=1)
-            if len(ts) < 4
-            else (np.clip(np.searchsorted(ts, time[inside] - nominal / 2), 0, len(ts) - 1))
-        )
-        same = np.abs(ts[nearest] - time[inside]) < tolerance
-        out[inside[same]] = xs[nearest[same]]
+        after = np.searchsorted(ts, time[inside] - tolerance).clip(0, len(ts) - 1)
+        same = np.abs(ts[after] - time[inside]) < tolerance
+        out[inside[same]] = xs[after[same]]
+        between = inside[~same]
+        if len(ts) >= _SPLINE and len(between):
+            out[between] = _spline(ts, xs, np.clip(time[between], ts[0], ts[-1]))
     return out
+
+
+def _spline(stamps: np.ndarray, values: np.ndarray, time: np.ndarray) -> Float[np.ndarray, "n m"]:
+    # Only streams whose stamps are off the grid need it, and it takes half a second to import.
+    from scipy.interpolate import CubicSpline
+
+    return CubicSpline(stamps, values)(time)
 
 
 def _resample_inertial(

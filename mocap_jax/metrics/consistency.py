@@ -8,7 +8,7 @@ from typing import Literal
 import jax
 import numpy as np
 from jaxtyping import Float
-from scipy.stats import chi2, norm
+from scipy.special import chdtri, ndtri
 
 from mocap_jax.body import Body, difference
 from mocap_jax.body.topology import DOF_WIDTH
@@ -57,7 +57,7 @@ def chi_square_band(count: int, level: float = 0.95) -> tuple[float, float]:
     _check_level(level)
     if count < 1:
         raise InputError(f"count={count}: must be at least 1")
-    low, high = chi2.ppf([0.5 - level / 2, 0.5 + level / 2], count) / count
+    low, high = chdtri(count, [0.5 + level / 2, 0.5 - level / 2]) / count
     return float(low), float(high)
 
 
@@ -142,7 +142,7 @@ def _check_level(level: float) -> None:
 
 def _bound(variance: Float[np.ndarray, "*b"], level: float) -> Float[np.ndarray, "*b"]:
     """Half width of the central interval of a normal distribution."""
-    return norm.ppf(0.5 + level / 2) * np.sqrt(np.maximum(variance, 0.0))
+    return ndtri(0.5 + level / 2) * np.sqrt(np.maximum(variance, 0.0))
 
 
 @dataclass(frozen=True)

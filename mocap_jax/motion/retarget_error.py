@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import pandas as pd
 from jaxtyping import Float
 
 from mocap_jax.motion.motion import Motion
 from mocap_jax.motion.pose_arrays import segment_frames
 from mocap_jax.motion.segment_match import SegmentMatch, match_segments
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _NEXT = {
     "Neck": "Head", "Shoulder": "UpperArm", "UpperArm": "ForeArm", "ForeArm": "Hand",
@@ -60,6 +64,8 @@ def retarget_errors(motion: Motion, fitted: Motion) -> pd.DataFrame:
         100 * np.linalg.norm(apart, axis=-1),
     )
     values = [f(x, axis=0) for x in errors for f in (np.mean, np.max)]
+    import pandas as pd
+
     table = pd.DataFrame(dict(zip(COLUMNS, values, strict=True)), index=list(match.names))
     table.loc["all"] = [table[c].mean() if "mean" in c else table[c].max() for c in COLUMNS]
     return table.rename_axis("segment")
@@ -89,7 +95,7 @@ def retarget_table(errors: pd.DataFrame, rows: str = "one row a segment") -> str
         f"Errors of retargeting, {rows}: mean and maximum over all frames;\n"
         "over several segments (row `all`) the mean of the means and the largest maximum."
     )
-    names = isinstance(shown.index, pd.MultiIndex)
+    names = shown.index.nlevels > 1
     table = shown.to_string(na_rep="-", index_names=names)
     return f"{heading}\n\n{table}\n\n{_MEANINGS}"
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import jax
@@ -12,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mocap_jax.body import Body, Topology, frames
-from mocap_jax.compilation_cache import COMPILER_OPTIONS
+from mocap_jax.stored_programs import StoredProgram
 
 CHUNK = 512
 
@@ -44,7 +43,7 @@ def _padded(chunk: np.ndarray) -> np.ndarray:
     return np.concatenate([chunk, np.repeat(filler, missing, axis=0)])
 
 
-@partial(jax.jit, compiler_options=COMPILER_OPTIONS)
+@StoredProgram
 def _chunk_poses(body: Body, q: jax.Array) -> tuple[jax.Array, jax.Array]:
     f = jax.vmap(lambda one: frames(body, one))(q)
     return f.rotation, f.position

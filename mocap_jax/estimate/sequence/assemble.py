@@ -16,7 +16,6 @@ from jax import Array
 from jaxtyping import Float
 
 from mocap_jax.body import Body
-from mocap_jax.compilation_cache import COMPILER_OPTIONS
 from mocap_jax.estimate.sequence import (
     geometry_terms,
     inertial_residuals,
@@ -28,6 +27,7 @@ from mocap_jax.estimate.sequence.composite import joint_block, joint_border, joi
 from mocap_jax.estimate.sequence.geometry_terms import GeometryInformation
 from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
 from mocap_jax.estimate.sequence.window import Window, kinematics, sensor_dofs
+from mocap_jax.stored_programs import StoredProgram
 
 
 class ChunkSystem(NamedTuple):
@@ -87,7 +87,7 @@ class ChunkValues(NamedTuple):
     """The gate w_a of every range."""
 
 
-@partial(jax.jit, static_argnums=0, compiler_options=COMPILER_OPTIONS)
+@partial(StoredProgram, static=("layout",))
 def evaluate_chunk(
     layout: Layout, body: Body, q: Array, constants: Constants, terms: Terms, weights: Weights
 ) -> ChunkValues:
@@ -108,7 +108,7 @@ def evaluate_chunk(
     return ChunkValues(0.5 * sum(x.sum() for x in kinds.values()), out, gate)
 
 
-@partial(jax.jit, static_argnums=0, compiler_options=COMPILER_OPTIONS)
+@partial(StoredProgram, static=("layout",))
 def assemble_chunk(
     layout: Layout, body: Body, q: Array, constants: Constants, terms: Terms, weights: Weights
 ) -> ChunkSystem:
@@ -157,7 +157,7 @@ def _later(w: Window, core: slice, offset: int) -> Array:
     return w.screws[core.start + offset : core.stop + offset]
 
 
-@partial(jax.jit, static_argnums=0, compiler_options=COMPILER_OPTIONS)
+@partial(StoredProgram, static=("layout",))
 def chunk_border(
     layout: Layout, border: Array, screws: Array, range_border: Array, geometry: Array
 ) -> Float[Array, "c m nv"]:

@@ -14,11 +14,11 @@ from mocap_jax.estimate.sequence.problem import SequenceProblem
 
 
 def compile_ahead(problem: SequenceProblem) -> list[Future[None]]:
-    """Queue running the traced functions once on the first chunk."""
-    return compile_once(problem.program, lambda: _run(problem))
+    """Queue the programs for chunks like the first one."""
+    return compile_once(problem.program, lambda: _prepare(problem))
 
 
-def _run(problem: SequenceProblem) -> None:
+def _prepare(problem: SequenceProblem) -> None:
     layout, dtype = problem.layout, problem.dtype
     terms = problem.chunk_terms(0)
     zero = np.zeros((len(layout.sites), 3), dtype)
@@ -27,7 +27,7 @@ def _run(problem: SequenceProblem) -> None:
     mounting = np.tile(np.eye(3, dtype=dtype), (len(zero), 1, 1))
     constants = jax.tree.map(jax.numpy.asarray, Constants(zero, zero, mounting, zero, geometry))
     arguments = (problem.body, np.asarray(terms.reference[0]), constants, terms, problem.weights)
-    out = assemble_chunk(layout, *arguments)
+    out = assemble_chunk.prepare(layout, *arguments)
     if layout.use_border:
-        chunk_border(layout, *out.border_parts)
-    jax.block_until_ready(evaluate_chunk(layout, *arguments))
+        chunk_border.prepare(layout, *out.border_parts)
+    evaluate_chunk.prepare(layout, *arguments)

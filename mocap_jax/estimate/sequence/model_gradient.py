@@ -20,7 +20,6 @@ from jaxtyping import Float
 
 from mocap_jax import so3
 from mocap_jax.body import Body, retract
-from mocap_jax.compilation_cache import COMPILER_OPTIONS
 from mocap_jax.estimate.sequence import inertial_residuals, pose_terms, range_terms
 from mocap_jax.estimate.sequence.layout import (
     CONSTANTS_PER_SENSOR,
@@ -32,6 +31,7 @@ from mocap_jax.estimate.sequence.layout import (
 )
 from mocap_jax.estimate.sequence.window import Window, kinematics
 from mocap_jax.residuals.robust import loss, weight
+from mocap_jax.stored_programs import StoredProgram
 
 
 class Part(NamedTuple):
@@ -132,7 +132,7 @@ def moved_constants(layout: Layout, c: Constants, step: Float[Array, "m"]) -> Co
     )
 
 
-@partial(jax.jit, static_argnums=0, compiler_options=COMPILER_OPTIONS)
+@partial(StoredProgram, static=("layout",))
 def chunk_model_gradient(
     layout: Layout,
     body: Body,

@@ -1,0 +1,131 @@
+"""Programs are found on disk without tracing, and only where they are the same program."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import jax
+import numpy as np
+import pytest
+
+from mocap_jax import stored_programs
+from mocap_jax.stored_programs import StoredProgram
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Iterator[Path]:
+    before = jax.config.jax_compilation_cache_dir
+    jax.config.update("jax_compilation_cache_dir", str(tmp_path))
+    yield tmp_path
+    jax.config.update("jax_compilation_cache_dir", before)
+
+
+def counted(traces: list[int]) -> Callable:
+    def product(a: jax.Array, b: dict[str, jax.Array], power: object) -> dict[str, jax.Array]:
+        traces.append(1)
+        return {"product": a @ b["x"] ** (power if isinstance(power, int) else 1)}
+
+    return product
+
+
+A, B = np.arange(6.0).reshape(2, 3), {"x": np.arange(12.0).reshape(3, 4)}
+
+
+def kept(folder: Path) -> list[Path]:
+    return sorted(folder.glob("*.program"))
+
+
+def test_another_process_would_not_trace(folder: Path) -> None:
+    traces: list[int] = []
+    first, second = (StoredProgram(counted(traces), static=("power",)) for _ in range(2))
+    expected = A @ B["x"] ** 2
+    for program in (first, first, second):
+        np.testing.assert_allclose(program(A, B, 2)["product"], expected, rtol=1e-14)
+    assert len(traces) == 1
+    assert len(kept(folder)) == 1
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [(A, B, 3), (A[:1], B, 2), (A, {"x": B["x"].astype(np.float32)}, 2), (A, B | {"y": A}, 2)],
+    ids=["static", "shape", "type", "structure"],
+)
+def test_other_arguments_are_other_programs(folder: Path, arguments: tuple) -> None:
+    program = StoredProgram(counted([]), static=("power",))
+    program(A, B, 2)
+    program(*arguments)
+    assert len(kept(folder)) == 2
+
+
+def test_other_source_is_another_program(folder: Path, monkeypatch) -> None:
+    traces: list[int] = []
+    StoredProgram(counted(traces), static=("power",))(A, B, 2)
+    monkeypatch.setattr(stored_programs, "_surroundings", lambda: ("changed",))
+    StoredProgram(counted(traces), static=("power",))(A, B, 2)
+    assert len(traces) == 2
+    assert len(kept(folder)) == 2
+
+
+@pytest.mark.parametrize("damage", [b"", b"no program", "half"])
+def test_damaged_files_are_compiled_anew(folder: Path, damage: bytes | str) -> None:
+    traces: list[int] = []
+    StoredProgram(counted(traces), static=("power",))(A, B, 2)
+    (path,) = kept(folder)
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2] if isinstance(damage, str) else damage)
+    out = StoredProgram(counted(traces), static=("power",))(A, B, 2)
+    np.testing.assert_allclose(out["product"], A @ B["x"] ** 2, rtol=1e-14)
+    assert len(traces) == 2
+    assert len(path.read_bytes()) > len(whole) // 2
+
+
+def test_without_a_folder_programs_stay_in_memory(folder: Path) -> None:
+    jax.config.update("jax_compilation_cache_dir", None)
+    traces: list[int] = []
+    program = StoredProgram(counted(traces), static=("power",))
+    program(A, B, 2), program(A, B, 2)
+    assert len(traces) == 1
+    assert not kept(folder)
+
+
+def test_static_arguments_that_cannot_be_written_stay_in_memory(folder: Path) -> None:
+    program = StoredProgram(counted([]), static=("power",))
+    np.testing.assert_allclose(program(A, B, lambda: None)["product"], A @ B["x"], rtol=1e-14)
+    assert not kept(folder)
+
+
+def test_preparing_tells_the_result(folder: Path) -> None:
+    traces: list[int] = []
+    shapes = [jax.ShapeDtypeStruct(x.shape, x.dtype) for x in (A, B["x"])]
+    for _ in range(2):
+        program = StoredProgram(counted(traces), static=("power",))
+        result = program.prepare(shapes[0], {"x": shapes[1]}, 2)
+        assert result["product"].shape == (2, 4)
+        program(A, B, 2)
+    assert len(traces) == 1
+
+
+_LAPACK = """
+import jax, numpy as np
+from mocap_jax.stored_programs import StoredProgram
+jax.config.update("jax_enable_x64", True)
+jax.config.update("jax_compilation_cache_dir", {folder!r})
+def solve(a, b):
+    print("traced")
+    return jax.scipy.linalg.cho_solve(jax.scipy.linalg.cho_factor(a), b)
+print(np.asarray(StoredProgram(solve)(2 * np.eye(3), np.ones(3))))
+"""
+
+
+def test_a_new_process_loads_what_calls_lapack(tmp_path: Path) -> None:
+    """JAX looks for LAPACK when it lowers; a program loaded before that would crash."""
+    command = [sys.executable, "-c", _LAPACK.format(folder=str(tmp_path))]
+    out = [
+        subprocess.run(command, check=True, capture_output=True, text=True, env=os.environ).stdout
+        for _ in range(2)
+    ]
+    assert out == ["traced\n[0.5 0.5 0.5]\n", "[0.5 0.5 0.5]\n"]
