@@ -11,6 +11,7 @@ from pathlib import Path
 import jax
 import numpy as np
 import pytest
+from jax.experimental.compilation_cache import compilation_cache
 
 from mocap_jax import stored_programs
 from mocap_jax.stored_programs import StoredProgram
@@ -18,10 +19,15 @@ from mocap_jax.stored_programs import StoredProgram
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Iterator[Path]:
-    before = jax.config.jax_compilation_cache_dir
-    jax.config.update("jax_compilation_cache_dir", str(tmp_path))
+    names = "jax_compilation_cache_dir", "jax_persistent_cache_min_compile_time_secs"
+    before = [getattr(jax.config, n) for n in names]
+    compilation_cache.reset_cache()
+    for name, value in zip(names, (str(tmp_path), 1e3), strict=True):
+        jax.config.update(name, value)
     yield tmp_path
-    jax.config.update("jax_compilation_cache_dir", before)
+    for name, value in zip(names, before, strict=True):
+        jax.config.update(name, value)
+    compilation_cache.reset_cache()
 
 
 def counted(traces: list[int]) -> Callable:
@@ -61,20 +67,43 @@ def test_other_arguments_are_other_programs(folder: Path, arguments: tuple) -> N
     assert len(kept(folder)) == 2
 
 
-def test_other_source_is_another_program(folder: Path, monkeypatch) -> None:
+@pytest.mark.parametrize(
+    ("what", "executables"), [("_source", 1), ("_surroundings", 2)], ids=["source", "surroundings"]
+)
+def test_what_changed_is_traced_anew(
+    folder: Path, monkeypatch, what: str, executables: int
+) -> None:
+    """Other source may ask for the same executable; other libraries never do."""
     traces: list[int] = []
     StoredProgram(counted(traces), static=("power",))(A, B, 2)
-    monkeypatch.setattr(stored_programs, "_surroundings", lambda: ("changed",))
-    StoredProgram(counted(traces), static=("power",))(A, B, 2)
+    monkeypatch.setattr(stored_programs, what, lambda: ("changed",))
+    for _ in range(2):
+        StoredProgram(counted(traces), static=("power",))(A, B, 2)
     assert len(traces) == 2
     assert len(kept(folder)) == 2
+    assert len(list(folder.glob("*.executable"))) == executables
 
 
+def test_what_jax_had_on_disk_is_not_kept_again(folder: Path) -> None:
+    """A loaded executable lacks functions when it is written and loaded again."""
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    program = StoredProgram(counted([]), static=("power",))
+    stored_programs._hits.count = 0
+    program._jitted.lower(A, B, 2).compile()
+    jax.clear_caches()
+    for _ in range(2):
+        out = StoredProgram(counted([]), static=("power",))(A, B, 2)
+        np.testing.assert_allclose(out["product"], A @ B["x"] ** 2, rtol=1e-14)
+    assert stored_programs._hits.count == 2
+    assert not list(folder.glob("*.executable"))
+
+
+@pytest.mark.parametrize("suffix", ["program", "executable"])
 @pytest.mark.parametrize("damage", [b"", b"no program", "half"])
-def test_damaged_files_are_compiled_anew(folder: Path, damage: bytes | str) -> None:
+def test_damaged_files_are_replaced(folder: Path, damage: bytes | str, suffix: str) -> None:
     traces: list[int] = []
     StoredProgram(counted(traces), static=("power",))(A, B, 2)
-    (path,) = kept(folder)
+    (path,) = folder.glob(f"*.{suffix}")
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) // 2] if isinstance(damage, str) else damage)
     out = StoredProgram(counted(traces), static=("power",))(A, B, 2)
