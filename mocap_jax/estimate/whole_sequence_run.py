@@ -22,6 +22,7 @@ from mocap_jax.estimate.sequence.levels import (
     any_wrong,
     information,
     initial_levels,
+    prior_counts,
     prior_information,
     repeats,
 )
@@ -116,6 +117,10 @@ class Run:
             self.doubted = implausible(self.problem, state, self.options.constants)
         return levels.with_full_share() if self.doubted else levels
 
+    def _counts(self) -> np.ndarray:
+        """How often the prior of each constant counted in the last round (m,)."""
+        return prior_counts(self.levels, self.built, self.repeats, last=True)
+
     def _prior_information(self, *, last: bool) -> np.ndarray:
         return prior_information(self.levels, self.built, self.repeats, last=last)
 
@@ -187,8 +192,14 @@ class Run:
     def _covariance(
         self, state: State
     ) -> tuple[np.ndarray | None, np.ndarray | None, np.ndarray | None]:
-        """Of poses and of neighbouring poses, as wanted, and of the constants."""
+        """Of poses and of neighbouring poses, as wanted, and of the constants.
+
+        Where model errors repeat with the motion, priors count `repeats` times in the solve. What
+        is stated is rather that the data count that much less: constants vary by their root more.
+        """
         equations, f = self.problem.factorised(state)
+        if self.built.layout.use_border:
+            f = dataclasses.replace(f, corner=f.corner / np.sqrt(self._counts()))
         constants = linalg.corner_covariance(f) if self.built.layout.use_border else None
         if not self.options.covariance:
             return None, None, constants
@@ -207,7 +218,7 @@ class Run:
         )
         missing = np.full(layout.constants, np.nan)
         deviations = missing if covariance is None else np.sqrt(np.diag(covariance))
-        prior = 1 / np.sqrt(self.problem.prior_information)
+        prior = np.sqrt(self._counts() / self.problem.prior_information)
         return {
             "calibration": {k: values[at] for k, at in table.items()},
             "calibration_std": {k: deviations[at] for k, at in table.items()},
