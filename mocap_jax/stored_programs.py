@@ -17,6 +17,7 @@ import pickle
 import platform
 import tempfile
 import threading
+import types
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
@@ -28,6 +29,8 @@ from jax.experimental import serialize_executable
 from mocap_jax.compilation_cache import COMPILER_OPTIONS
 
 T = TypeVar("T")
+
+_KNOWN = {__package__, "builtins", "copyreg", "functools", "jax", "jaxlib", "numpy"}
 
 
 class _Loaded(NamedTuple):
@@ -126,12 +129,28 @@ def _digest(text: bytes) -> str:
     return hashlib.sha256(text).hexdigest()[:32]
 
 
+class _Pickler(pickle.Pickler):
+    """Bytes that do not depend on which equal parts are the same object.
+
+    Functions and classes are written by name: only those whose source is part of the key, or that
+    belong to the libraries whose versions are, say what they do by it.
+    """
+
+    def __init__(self, file: io.BytesIO) -> None:
+        super().__init__(file, protocol=5)
+        self.fast = True
+
+    def reducer_override(self, value: Any) -> Any:
+        if isinstance(value, (type, types.FunctionType, types.BuiltinFunctionType)):
+            room = (value.__module__ or "").split(".")[0]
+            if room not in _KNOWN:
+                raise pickle.PicklingError(f"{room}: its source is not part of the key")
+        return NotImplemented
+
+
 def _plain_pickle(value: Any) -> bytes:
-    """Bytes that do not depend on which equal parts are the same object."""
     with io.BytesIO() as file:
-        pickler = pickle.Pickler(file, protocol=5)
-        pickler.fast = True
-        pickler.dump(value)
+        _Pickler(file).dump(value)
         return file.getvalue()
 
 

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import jax
 import numpy as np
 import pytest
 from jax.experimental.compilation_cache import compilation_cache
 
+import mocap_jax as mj
 from mocap_jax import stored_programs
+from mocap_jax.body import load_body
 from mocap_jax.stored_programs import StoredProgram
 
 
@@ -121,10 +125,30 @@ def test_without_a_folder_programs_stay_in_memory(folder: Path) -> None:
     assert not kept(folder)
 
 
-def test_static_arguments_that_cannot_be_written_stay_in_memory(folder: Path) -> None:
+def squared(x: object) -> None:
+    """Stands for a user's function, whose source is not known."""
+
+
+class Settings(NamedTuple):
+    """Stands for a user's class."""
+
+    value: int = 1
+
+
+@pytest.mark.parametrize(
+    "value", [lambda: None, squared, Settings(), functools.partial(squared, 2), Settings]
+)
+def test_what_users_wrote_is_not_known_by_its_name(folder: Path, value: object) -> None:
+    """Its source may change from one process to the next."""
     program = StoredProgram(counted([]), static=("power",))
-    np.testing.assert_allclose(program(A, B, lambda: None)["product"], A @ B["x"], rtol=1e-14)
+    np.testing.assert_allclose(program(A, B, value)["product"], A @ B["x"], rtol=1e-14)
     assert not kept(folder)
+
+
+def test_what_the_package_wrote_is_known(folder: Path) -> None:
+    program = StoredProgram(counted([]), static=("power",))
+    program(A, B, (load_body, mj.OptimiseOptions(), np.float32, functools.partial(load_body)))
+    assert len(kept(folder)) == 1
 
 
 def test_preparing_tells_the_result(folder: Path) -> None:
@@ -140,6 +164,7 @@ def test_preparing_tells_the_result(folder: Path) -> None:
 
 _LAPACK = """
 import jax, numpy as np
+from mocap_jax.body import load_body
 from mocap_jax.stored_programs import StoredProgram
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_compilation_cache_dir", {folder!r})
