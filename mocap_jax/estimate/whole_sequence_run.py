@@ -75,7 +75,7 @@ class Run:
         """Whether the root's slow drift is lost in J'J: free root, no anchors, long sequence."""
         anchored = any(
             self.body.topology.site_body[s] == 0 for s in self.built.layout.range_sites
-        ) or bool(self.built.layout.user)
+        ) or bool(self.options.user_residuals)
         return not root_given and not anchored and len(self.data.time) > _LONG
 
     def solve(

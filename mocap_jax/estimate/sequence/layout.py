@@ -16,6 +16,10 @@ CONSTANTS_PER_SENSOR = 12
 """Border columns of a sensor: gyroscope bias, accelerometer bias, mounting rotation, offset."""
 
 
+KNEES = "knees"
+"""Name of the residual that `knees` adds: it moves nothing that boards do not hold."""
+
+
 @dataclass(frozen=True)
 class UserResidual:
     """A residual of the user's own: a plain function of a window of poses.
