@@ -92,8 +92,9 @@ def _cells(kind: str, values: np.ndarray, size: int, walk: Walk | None) -> np.nd
     """A sensor's unknowns of one kind from what `Solution.calibration` says."""
     if kind not in _WALKS or walk is None:
         return np.ravel(values)
-    steps = np.diff(values, axis=0) / np.sqrt(np.diff(walk.knots)[:, None])
-    return steps.ravel() if steps.size == size else np.zeros(size)
+    if np.shape(values) != (len(walk.knots), 3):
+        return np.zeros(size)
+    return np.ravel(np.diff(values, axis=0) / np.sqrt(np.diff(walk.knots)[:, None]))
 
 
 def calibration(

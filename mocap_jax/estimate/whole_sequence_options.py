@@ -68,6 +68,13 @@ class ConstantsOptions:
     adapt: bool = True
     """Lower these figures to what the recording shows (variance components)."""
 
+    @property
+    def corrections(self) -> tuple[str, ...]:
+        """Names of the options by which errors beyond bias, mounting and place are switched on."""
+        names = ("accelerometer_scale_sigma", "gyroscope_scale_sigma", "clock_offset_sigma",
+                 "heading_sigma", "bias_interval")  # fmt: skip
+        return tuple(name for name in names if getattr(self, name))
+
 
 @dataclass(frozen=True)
 class NoiseOptions:

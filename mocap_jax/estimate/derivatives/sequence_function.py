@@ -28,7 +28,6 @@ from mocap_jax.estimate.derivatives.parameters import (
 from mocap_jax.estimate.derivatives.preconditioner import preconditioner
 from mocap_jax.estimate.sequence.layout import Constants
 from mocap_jax.estimate.sequence.levels import (
-    CORRECTION_KINDS,
     GEOMETRY_KINDS,
     KINDS,
     SENSOR_KINDS,
@@ -143,12 +142,10 @@ def differentiable(
 
 def _refuse_corrections(options: ConstantsOptions) -> None:
     """Scales, clock offsets, headings and walks are no parameters yet."""
-    kinds = [k for k in CORRECTION_KINDS if not k.endswith("_walk")]
-    names = [name for k in kinds if getattr(options, name := f"{k}_sigma")]
-    names += ["bias_interval"] if options.bias_interval else []
-    if names:
+    if options.corrections:
         raise InputError(
-            f"options.constants: derivatives do not know {', '.join(names)}; valid: 0 (off)"
+            f"options.constants: derivatives do not know {', '.join(options.corrections)}; "
+            "valid: 0 (off)"
         )
 
 
