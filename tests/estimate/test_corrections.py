@@ -88,15 +88,29 @@ def test_a_walk_is_piecewise_linear_with_mean_zero() -> None:
 
 def test_slopes_of_a_cubic_are_exact_and_gaps_are_bridged() -> None:
     cubic = (1 + 2 * TIME - TIME**2 + 0.3 * TIME**3)[:, None, None] * [1.0, -2.0, 0.5]
-    first, second = slopes(cubic, TIME[1])
+    first, second = slopes(cubic, TIME[1], 0.0)
     expected = (2 - 2 * TIME + 0.9 * TIME**2)[:, None, None] * [1.0, -2.0, 0.5]
     np.testing.assert_allclose(first, expected, atol=1e-9)
     expected = (-2 + 1.8 * TIME)[:, None, None] * [1.0, -2.0, 0.5]
     np.testing.assert_allclose(second, expected, atol=1e-7)
     cubic[50:53] = np.nan
-    holed = slopes(cubic, TIME[1])[0]
-    assert np.isfinite(holed).all() and np.abs(holed[60:] - first[60:]).max() < 1e-9
-    assert not slopes(cubic[:5], TIME[1])[0].any()
+    holed = slopes(cubic, TIME[1], 0.0)[0]
+    np.testing.assert_allclose(holed, first, atol=1e-9)
+    assert not slopes(cubic[:5], TIME[1], 0.0)[0].any()
+
+
+def test_noise_has_no_slope_and_motion_keeps_its_own() -> None:
+    noise = 0.02 * np.random.default_rng(0).normal(size=(len(TIME), 3, 3))
+    still = slopes(noise, TIME[1], 0.02)[0]
+    alone = slopes(noise, TIME[1], 0.0)[0]
+    assert (still**2).mean() < 0.02 * (alone**2).mean()
+    wave = np.sin(2 * np.pi * TIME)[:, None, None] * np.ones((3, 3))
+    moving = slopes(wave + noise, TIME[1], 0.02)[0]
+    true = 2 * np.pi * np.cos(2 * np.pi * TIME)[:, None, None] * np.ones((3, 3))
+    inner = slice(3, -3)
+    # What is found from it is a quotient: neither too small nor too large.
+    slope = (moving * true)[inner].sum() / (moving**2)[inner].sum()
+    assert abs(slope - 1) < 0.01
 
 
 def start(known: dict[str, np.ndarray]) -> Solution:

@@ -51,7 +51,7 @@ def test_steps_of_walks_are_named_and_whole_constants_are_said_once() -> None:
         "gyroscope_bias/a": np.full(3, 0.01), "gyroscope_bias_walk/a": np.full((2, 3), 1e-3),
         "clock_offset/a": np.array([0.005]),
     }  # fmt: skip
-    C = np.diag([1e-8] * 3 + [1e-10, 1e-6, 1e-6] + [1e-6] * 3 + [1e-8])
+    C = np.diag([1e-8] * 3 + [1e-10, 9.9e-7, 9.8e-7, 9.7e-7, 9.6e-7, 9.5e-7, 1e-8])
     made = solved(prior, C)
     found = determination(made)
     assert [n for n, _ in found.undetermined][:2] == [

@@ -9,6 +9,7 @@ from mocap_jax.estimate.sequence.slopes import slopes
 from mocap_jax.estimate.sequence.walk import Walk, number_of_steps, walk
 from mocap_jax.estimate.whole_sequence_options import ConstantsOptions
 from mocap_jax.measurement import FrameData
+from mocap_jax.recording import NoiseFigures
 from mocap_jax.residuals.inertial import mean_rate
 
 
@@ -48,17 +49,20 @@ _SIGMAS = (
 )  # fmt: skip
 
 
-def slope_terms(force: np.ndarray, rate: np.ndarray, step: float) -> dict[str, tuple]:
+def slope_terms(
+    force: np.ndarray, rate: np.ndarray, step: float, noise: NoiseFigures
+) -> dict[str, tuple]:
     """Fields of `Terms` for unknown clock offsets.
 
     Args:
         force: de-averaged specific forces (t, s, 3), NaN where missing.
         rate: de-averaged rates likewise.
         step: between frames [s].
+        noise: declared.
     """
-    turning = slopes(rate, step)
+    turning = slopes(rate, step, noise.gyroscope)
     return {
-        "force_slopes": slopes(force, step),
+        "force_slopes": slopes(force, step, noise.accelerometer),
         "rate_slopes": turning,
         "mean_rate_slopes": tuple(np.nan_to_num(mean_rate(x)) for x in turning),
     }

@@ -79,7 +79,7 @@ def build(
         for name in ("force", "rate", "orientation")
     }
     if layout.use_clock_offset:
-        more |= slope_terms(force, rate, step)
+        more |= slope_terms(force, rate, step, setup.noise)
     terms = Terms(
         force=np.nan_to_num(force),
         rate=np.nan_to_num(rate),
