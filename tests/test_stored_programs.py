@@ -2,26 +2,36 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import jax
 import numpy as np
 import pytest
+from jax.experimental.compilation_cache import compilation_cache
 
+import mocap_jax as mj
 from mocap_jax import stored_programs
+from mocap_jax.body import load_body
 from mocap_jax.stored_programs import StoredProgram
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Iterator[Path]:
-    before = jax.config.jax_compilation_cache_dir
-    jax.config.update("jax_compilation_cache_dir", str(tmp_path))
+    names = "jax_compilation_cache_dir", "jax_persistent_cache_min_compile_time_secs"
+    before = [getattr(jax.config, n) for n in names]
+    compilation_cache.reset_cache()
+    for name, value in zip(names, (str(tmp_path), 1e3), strict=True):
+        jax.config.update(name, value)
     yield tmp_path
-    jax.config.update("jax_compilation_cache_dir", before)
+    for name, value in zip(names, before, strict=True):
+        jax.config.update(name, value)
+    compilation_cache.reset_cache()
 
 
 def counted(traces: list[int]) -> Callable:
@@ -61,20 +71,43 @@ def test_other_arguments_are_other_programs(folder: Path, arguments: tuple) -> N
     assert len(kept(folder)) == 2
 
 
-def test_other_source_is_another_program(folder: Path, monkeypatch) -> None:
+@pytest.mark.parametrize(
+    ("what", "executables"), [("_source", 1), ("_surroundings", 2)], ids=["source", "surroundings"]
+)
+def test_what_changed_is_traced_anew(
+    folder: Path, monkeypatch, what: str, executables: int
+) -> None:
+    """Other source may ask for the same executable; other libraries never do."""
     traces: list[int] = []
     StoredProgram(counted(traces), static=("power",))(A, B, 2)
-    monkeypatch.setattr(stored_programs, "_surroundings", lambda: ("changed",))
-    StoredProgram(counted(traces), static=("power",))(A, B, 2)
+    monkeypatch.setattr(stored_programs, what, lambda: ("changed",))
+    for _ in range(2):
+        StoredProgram(counted(traces), static=("power",))(A, B, 2)
     assert len(traces) == 2
     assert len(kept(folder)) == 2
+    assert len(list(folder.glob("*.executable"))) == executables
 
 
+def test_what_jax_had_on_disk_is_not_kept_again(folder: Path) -> None:
+    """A loaded executable lacks functions when it is written and loaded again."""
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    program = StoredProgram(counted([]), static=("power",))
+    stored_programs._hits.count = 0
+    program._jitted.lower(A, B, 2).compile()
+    jax.clear_caches()
+    for _ in range(2):
+        out = StoredProgram(counted([]), static=("power",))(A, B, 2)
+        np.testing.assert_allclose(out["product"], A @ B["x"] ** 2, rtol=1e-14)
+    assert stored_programs._hits.count == 2
+    assert not list(folder.glob("*.executable"))
+
+
+@pytest.mark.parametrize("suffix", ["program", "executable"])
 @pytest.mark.parametrize("damage", [b"", b"no program", "half"])
-def test_damaged_files_are_compiled_anew(folder: Path, damage: bytes | str) -> None:
+def test_damaged_files_are_replaced(folder: Path, damage: bytes | str, suffix: str) -> None:
     traces: list[int] = []
     StoredProgram(counted(traces), static=("power",))(A, B, 2)
-    (path,) = kept(folder)
+    (path,) = folder.glob(f"*.{suffix}")
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) // 2] if isinstance(damage, str) else damage)
     out = StoredProgram(counted(traces), static=("power",))(A, B, 2)
@@ -92,10 +125,30 @@ def test_without_a_folder_programs_stay_in_memory(folder: Path) -> None:
     assert not kept(folder)
 
 
-def test_static_arguments_that_cannot_be_written_stay_in_memory(folder: Path) -> None:
+def squared(x: object) -> None:
+    """Stands for a user's function, whose source is not known."""
+
+
+class Settings(NamedTuple):
+    """Stands for a user's class."""
+
+    value: int = 1
+
+
+@pytest.mark.parametrize(
+    "value", [lambda: None, squared, Settings(), functools.partial(squared, 2), Settings]
+)
+def test_what_users_wrote_is_not_known_by_its_name(folder: Path, value: object) -> None:
+    """Its source may change from one process to the next."""
     program = StoredProgram(counted([]), static=("power",))
-    np.testing.assert_allclose(program(A, B, lambda: None)["product"], A @ B["x"], rtol=1e-14)
+    np.testing.assert_allclose(program(A, B, value)["product"], A @ B["x"], rtol=1e-14)
     assert not kept(folder)
+
+
+def test_what_the_package_wrote_is_known(folder: Path) -> None:
+    program = StoredProgram(counted([]), static=("power",))
+    program(A, B, (load_body, mj.OptimiseOptions(), np.float32, functools.partial(load_body)))
+    assert len(kept(folder)) == 1
 
 
 def test_preparing_tells_the_result(folder: Path) -> None:
@@ -111,6 +164,7 @@ def test_preparing_tells_the_result(folder: Path) -> None:
 
 _LAPACK = """
 import jax, numpy as np
+from mocap_jax.body import load_body
 from mocap_jax.stored_programs import StoredProgram
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_compilation_cache_dir", {folder!r})

@@ -144,6 +144,10 @@ class PriorOptions:
     pose_sigma: float = 0.5
     """Weak prior on poses around the reference pose [rad, m], per second of recording; it only
     matters for joints that no sensor observes."""
+    knee_sigma: float = 0.05
+    """How far the knee of a body with ball joints there is from a hinge [rad]: standard deviation
+    of the rotation about each axis other than flexion (Lafortune et al. 1992: a few degrees);
+    0 = off. Bodies whose knees are hinges have no such rotation."""
     limits: bool = True
     """Penalise joint coordinates outside their range."""
     limit_sigma: float = 0.03

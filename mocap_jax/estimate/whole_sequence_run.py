@@ -23,6 +23,8 @@ from mocap_jax.estimate.sequence.levels import (
     any_wrong,
     information,
     initial_levels,
+    mostly_wrong,
+    prior_counts,
     prior_information,
     repeats,
 )
@@ -30,7 +32,7 @@ from mocap_jax.estimate.sequence.problem import SequenceProblem, State
 from mocap_jax.estimate.sequence.statistics import residual_statistics
 from mocap_jax.estimate.sequence.terms import Built
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
-from mocap_jax.least_squares import Outcome, Result, minimise
+from mocap_jax.least_squares import NormalEquations, Outcome, Result, minimise
 from mocap_jax.measurement import FrameData
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution, Status, determination_remark
@@ -75,7 +77,7 @@ class Run:
         """Whether the root's slow drift is lost in J'J: free root, no anchors, long sequence."""
         anchored = any(
             self.body.topology.site_body[s] == 0 for s in self.built.layout.range_sites
-        ) or bool(self.built.layout.user)
+        ) or bool(self.options.user_residuals)
         return not root_given and not anchored and len(self.data.time) > _LONG
 
     def solve(
@@ -118,6 +120,10 @@ class Run:
             self.doubted = implausible(self.problem, state, self.options.constants)
         return levels.with_full_share() if self.doubted else levels
 
+    def _counts(self) -> np.ndarray:
+        """How often the prior of each constant counted in the last round (m,)."""
+        return prior_counts(self.levels, self.built, self.repeats, last=True)
+
     def _prior_information(self, *, last: bool) -> np.ndarray:
         return prior_information(self.levels, self.built, self.repeats, last=last)
 
@@ -126,15 +132,18 @@ class Run:
 
     def _set_levels(self, state: State, number: int, *, last: bool) -> dict[str, np.ndarray]:
         """Whiten for the next round: noise levels, priors, gate and graduation at this state."""
-        gate = self.problem.gate(state) if self.built.layout.use_range else None
-        free = 6 if self.body.has_free_root else 0
-        changed = information(self.built, gate, self.levels, self.repeats, free=free)
+        changed = self._information(state, self.repeats)
         self.problem.replace_terms(**changed)
         self.problem.prior_information = self._prior_information(last=last)
         mu = self.options.noise.range_mu
         graduation = mu[-1] if last else mu[min(number, len(mu) - 1)]
         self.problem.replace_weights(range_mu=graduation)
         return changed
+
+    def _information(self, state: State, repeats: float) -> dict[str, np.ndarray]:
+        gate = self.problem.gate(state) if self.built.layout.use_range else None
+        free = 6 if self.body.has_free_root else 0
+        return information(self.built, gate, self.levels, repeats, free=free)
 
     def _minimise(self, state: State, bar: tqdm, *, last: bool) -> Result:
         solver = self.options.solver
@@ -194,13 +203,37 @@ class Run:
         self, state: State
     ) -> tuple[np.ndarray | None, np.ndarray | None, np.ndarray | None]:
         """Of poses and of neighbouring poses, as wanted, and of the constants."""
-        equations, f = self.problem.factorised(state)
+        equations, f = self._stated(state)
         constants = linalg.corner_covariance(f) if self.built.layout.use_border else None
         if not self.options.covariance:
             return None, None, constants
         if not self.options.pair_covariance:
             return linalg.marginals(f, equations.border), None, constants
         return *linalg.pair_marginals(f, equations.border), constants
+
+    def _stated(self, state: State) -> tuple[NormalEquations, linalg.ArrowFactor]:
+        """Equations and factor whose inverse is stated as the covariance.
+
+        Where model errors repeat with the motion, priors of constants and of the rest pose count
+        `repeats` times in the solve. What is stated is rather that the data say that much less of
+        constants, which vary by the root of it more, and that the rest pose is known as declared.
+        """
+        equations, f = self.problem.factorised(state)
+        if not self.built.layout.use_border:
+            return equations, f
+        corner = f.corner / np.sqrt(self._counts())
+        if (
+            self.repeats > 1
+            and len(self.built.rest_frames)
+            and mostly_wrong(self.levels, self.built)
+        ):
+            counted = self.problem.terms.reference_information
+            self.problem.replace_terms(
+                reference_information=self._information(state, 1.0)["reference_information"]
+            )
+            equations, f = self.problem.factorised(state)
+            self.problem.replace_terms(reference_information=counted)
+        return equations, dataclasses.replace(f, corner=corner)
 
     def _calibration(self, state: State, covariance: np.ndarray | None) -> dict[str, object]:
         """Constants by name, with their deviations; NaN where the covariance is unknown."""
@@ -209,7 +242,8 @@ class Run:
             return {}
         sensors, values = self.data.sensors, constant_values(state.constants)
         found, deviations = calibration(layout, sensors, values, covariance, self.built.walk)
-        prior = _prior_deviations(layout, sensors, self.problem.prior_information)
+        declared = self.problem.prior_information / self._counts()
+        prior = _prior_deviations(layout, sensors, declared)
         return {
             "calibration": found,
             "calibration_std": deviations,

@@ -29,7 +29,7 @@ from mocap_jax.trajectory import Trajectory
 def simulate(
     motion: Motion,
     *,
-    profile: str = "paper",
+    profile: str | Profile = "paper",
     seed: int = 0,
     suit: Suit | None = None,
     options: SimulationOptions | None = None,
@@ -41,7 +41,8 @@ def simulate(
 
     Args:
         motion: clip and body, with a free root.
-        profile: `ideal` (no noise), `paper` (white noise) or `field` (all that goes wrong).
+        profile: `ideal` (no noise), `paper` (white noise) or `field` (all that goes wrong), or a
+            `simulation.Profile` of your own.
         seed: of all randomness; the same seed gives the same recording.
         suit: boards and sources; default the standard suit fitted to the body.
         options: durations, rates, cut-off; default `SimulationOptions()`.
@@ -53,7 +54,7 @@ def simulate(
         InputError: unknown profile, unusable motion, or a suit that does not fit the body.
     """
     options = SimulationOptions() if options is None else options
-    errs = profile_named(profile)
+    errs = profile if isinstance(profile, Profile) else profile_named(profile)
     if int(seed) != seed or seed < 0:
         raise InputError(f"seed {seed}: must be a whole number, 0 or more")
     nominal, suit = _dressed(motion.body, suit)

@@ -28,7 +28,7 @@ class Row:
 
 def rows_of(clip: str, profile: str, seed: int, seconds: float | None) -> Iterator[Row]:
     """Simulate a clip and estimate it with the filter, the smoother and the optimiser."""
-    recording = mj.simulate(_first(load_clip(clip), seconds), profile=profile, seed=seed)
+    recording = mj.simulate(first(load_clip(clip), seconds), profile=profile, seed=seed)
     filtered = mj.ekf(recording)
     yield _row(clip, filtered, recording)
     smoothed = mj.ekf(recording, options=mj.EkfOptions(smooth=True))
@@ -44,7 +44,7 @@ def _row(clip: str, solution: mj.Solution, recording: mj.Recording) -> Row:
     )  # fmt: skip
 
 
-def _first(motion: mj.Motion, seconds: float | None) -> mj.Motion:
+def first(motion: mj.Motion, seconds: float | None) -> mj.Motion:
     """The first seconds of a motion, or all of it."""
     if seconds is None:
         return motion

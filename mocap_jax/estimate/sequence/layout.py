@@ -13,6 +13,9 @@ from jaxtyping import Float, Int
 
 from mocap_jax.body import Topology
 
+KNEES = "knees"
+"""Name of the residual that `knees` adds: it moves nothing that boards do not hold."""
+
 
 @dataclass(frozen=True)
 class UserResidual:

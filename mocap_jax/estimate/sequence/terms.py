@@ -11,6 +11,7 @@ from mocap_jax import so3
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.sequence.corrections import correction_fields, slope_terms, walk_of
+from mocap_jax.estimate.sequence.knees import knee_hinges
 from mocap_jax.estimate.sequence.layout import Layout, Terms, UserResidual, Weights
 from mocap_jax.estimate.sequence.variances import Variances, variances
 from mocap_jax.estimate.sequence.walk import Walk
@@ -64,7 +65,9 @@ def build(
         InputError: no measurement of the kinds chosen, no root pose where it is given, or options
             of the constants that are not valid.
     """
-    layout = _layout(data, body, options)
+    knees, knee_data = knee_hinges(body, len(data.time), options)
+    user = (*options.user_residuals, *knees)
+    layout = _layout(data, body, options, user)
     walking = walk_of(data, layout.gyroscope_steps, layout.accelerometer_steps)
     step = float(data.step)
     rest = _rest_frames(data, setup)
@@ -91,8 +94,8 @@ def build(
         limit_information=np.full(
             len(data.time), step / options.prior.limit_sigma**2 if options.prior.limits else 0.0
         ),
-        user_data=user_data,
-        user_mask=tuple(_user_mask(r, len(data.time)) for r in options.user_residuals),
+        user_data=(*_data_of(options.user_residuals, user_data), *knee_data),
+        user_mask=tuple(_user_mask(r, len(data.time)) for r in user),
         walk=(walking.at_frames,) if walking else (),
         **more,
     )
@@ -110,7 +113,20 @@ def build(
     return Built(layout, terms, weights, rest, variance, walking)
 
 
-def _layout(data: FrameData, body: Body, options: OptimiseOptions) -> Layout:
+def _data_of(residuals: tuple[UserResidual, ...], user_data: tuple) -> tuple:
+    """Data of the user's residuals; nothing for all of them where none is given."""
+    given = user_data or (None,) * len(residuals)
+    if len(given) != len(residuals):
+        raise InputError(
+            f"user_data has {len(given)} entries for {len(residuals)} user residuals "
+            f"({', '.join(r.name for r in residuals) or 'none'}); give one for each, None without"
+        )
+    return given
+
+
+def _layout(
+    data: FrameData, body: Body, options: OptimiseOptions, user: tuple[UserResidual, ...]
+) -> Layout:
     present = np.asarray(data.range_weight) > 0
     used = np.unique(
         np.concatenate(
@@ -148,7 +164,7 @@ def _layout(data: FrameData, body: Body, options: OptimiseOptions) -> Layout:
         smoothness_order=options.prior.smoothness_order,
         inertial_loss=options.noise.inertial_loss,
         range_loss=options.noise.range_loss,
-        user=options.user_residuals,
+        user=user,
         chunk=options.chunk,
         **(_geometry(data, body, range_sites, c) if border and len(used) else {}),  # type: ignore[arg-type]
         **(corrections if border else {}),  # type: ignore[arg-type]
