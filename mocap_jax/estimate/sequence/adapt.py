@@ -236,7 +236,7 @@ def _deviations(
     """
     changes, cells = {}, constant_cells(layout)
     for name, declared in declared_deviations(options).items():
-        sigma, at = getattr(levels, name), cells[name]
+        sigma, at = getattr(levels, name), cells.get(name, ())
         if not sigma or not len(at):
             continue
         determined = (1 - variance[at] / sigma**2).clip(0).sum()

@@ -63,7 +63,8 @@ class Levels:
 def declared_deviations(options: ConstantsOptions) -> dict[str, float]:
     """Prior standard deviations of the constants, by name."""
     kinds = (*SENSOR_KINDS, *CORRECTION_KINDS, *GEOMETRY_KINDS)
-    return {kind: getattr(options, f"{kind}_sigma") for kind in kinds}
+    stays = () if options.bias_interval else ("gyroscope_walk", "accelerometer_walk")
+    return {kind: 0.0 if kind in stays else getattr(options, f"{kind}_sigma") for kind in kinds}
 
 
 def initial_levels(options: OptimiseOptions, sensors: int) -> Levels:
@@ -74,9 +75,16 @@ def initial_levels(options: OptimiseOptions, sensors: int) -> Levels:
 
 
 def constant_cells(layout: Layout) -> dict[str, np.ndarray]:
-    """Where each kind of constant stands among all of them (see `constant_values`)."""
+    """Where each kind of constant stands among all of them (see `constant_values`).
+
+    Kinds of `Corrections` that are off are not among them.
+    """
     sensors = np.arange(layout.per_sensor * len(layout.sites)).reshape(-1, layout.per_sensor)
-    cells = {name: sensors[:, at].ravel() for name, at in layout.sensor_cells.items()}
+    cells = {
+        name: sensors[:, at].ravel()
+        for name, at in layout.sensor_cells.items()
+        if at.stop > at.start
+    }
     ends = sensors.size + np.cumsum([0, *layout.geometry_sizes])
     for i, name in enumerate(GEOMETRY_KINDS):
         cells[name] = np.arange(ends[i], ends[i + 1])
@@ -112,7 +120,7 @@ def prior_counts(levels: Levels, built: Built, repeats: float, *, last: bool) ->
     counts = np.concatenate([counts, np.full(layout.geometry, shared)])
     cells = constant_cells(layout)
     once = ("gyroscope_bias", "gyroscope_walk", "accelerometer_walk", "range_offset")
-    counts[np.concatenate([cells[name] for name in once])] = 1.0
+    counts[np.concatenate([cells[name] for name in once if name in cells])] = 1.0
     return counts
 
 
