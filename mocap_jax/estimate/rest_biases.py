@@ -6,6 +6,7 @@ import numpy as np
 
 from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.levels import constant_cells
+from mocap_jax.estimate.sequence.terms import Built
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.initialise import RestOptions
 from mocap_jax.initialise.still import within
@@ -45,3 +46,16 @@ def rest_biases(
         if np.abs(values[at]).max() < _LARGEST:
             information[at] = 1 / variance
     return values, information
+
+
+def read_in_the_hold(built: Built) -> np.ndarray | None:
+    """What `rest_biases` are readings of (m, m): of biases that walk, their mean over the hold."""
+    layout = built.layout
+    if built.walk is None or not layout.gyroscope_steps or not len(built.rest_frames):
+        return None
+    out, cells = np.eye(layout.constants), constant_cells(layout)
+    held = np.kron(built.walk.at_frames[built.rest_frames].mean(axis=0), np.eye(3))
+    biases = cells["gyroscope_bias"].reshape(-1, 3)
+    for at, steps in zip(biases, cells["gyroscope_walk"].reshape(len(biases), -1), strict=True):
+        out[np.ix_(at, steps)] = held
+    return out

@@ -84,7 +84,7 @@ def solve_sequence(
             queue = lambda: programs.extend(compile_ahead(run.problem))  # noqa: E731
             initial = _initial(recording, body, options, progress=progress, meanwhile=queue)
             wait_for(programs)
-        constants = constants_from(initial, data.sensors, built.layout)
+        constants = constants_from(initial, data.sensors, built.layout, built.walk)
         state = State(on_grid(initial, body, data.time), constants)
         solution = run.solve(state, recording, root_given=root_given, progress=progress)
     seconds = time.perf_counter() - begin

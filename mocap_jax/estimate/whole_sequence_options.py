@@ -15,7 +15,8 @@ class ConstantsOptions:
     """Constants solved for with the motion (the border of the normal equations).
 
     Lengths, source positions, speed of sound and range offsets are what distances measure poses by:
-    they are solved for when distances are used and the constants of boards are.
+    they are solved for when distances are used and the constants of boards are. What determines
+    which constant: docs/self_calibration.md.
     """
 
     gyroscope_bias_sigma: float = 0.01
@@ -30,6 +31,29 @@ class ConstantsOptions:
     offset_sigma: float = 0.015
     """Prior standard deviation of each component of a sensor's position on its segment [m]
     (palpation, Della Croce et al. 2005: 6 to 25 mm); 0 = off."""
+    accelerometer_scale_sigma: float = 0.0
+    """Prior standard deviation of the scale error of each axis, relative; 0 = off. Consumer MEMS:
+    0.01 to 0.03 (InvenSense MPU-6050 specification 3.4: 3 % initial tolerance)."""
+    gyroscope_scale_sigma: float = 0.0
+    """The same of gyroscopes (3 % as well); 0 = off."""
+    clock_offset_sigma: float = 0.0
+    """Prior standard deviation of a board's stamps against the clock of root and ranges [s]; 0 =
+    off. Radio-connected boards: 0.002 to 0.01 (a sample or so). Readings are moved in time by
+    their slopes, which holds for offsets up to about two samples."""
+    heading_sigma: float = 0.0
+    """Prior standard deviation of a rotation of each sensor's measured orientations about the
+    vertical [rad]; 0 = off. Indoors magnetic fields are disturbed, most near floors (de Vries et
+    al. 2009, Gait & Posture 29, 535-541); 0.2 is a cautious figure. Only where orientations are
+    measured."""
+    bias_interval: float = 0.0
+    """Biases are piecewise linear between knots this far apart at most [s]; 0 = constant. Each knot
+    takes three unknowns a sensor kind and board, of which there may be 1000 in all."""
+    gyroscope_walk_sigma: float = 2e-4
+    """Random walk of a gyroscope's bias between knots [rad/s/sqrt(s)] (rate random walk of consumer
+    MEMS; El-Sheimy, Hou, Niu 2008, IEEE Trans. Instrum. Meas. 57, 140-149); 0 = constant. Counts
+    only with `bias_interval`, as the next."""
+    accelerometer_walk_sigma: float = 1e-3
+    """The same of an accelerometer's bias [m/s^2/sqrt(s)]."""
     length_sigma: float = 0.04
     """Prior standard deviation of segment lengths, relative to the body's (regression from stature,
     Winter 2009, chapter 4: a few per cent); 0 = off."""
@@ -43,6 +67,13 @@ class ConstantsOptions:
     section 4.3: 2.35 mm in the mean after calibration); 0 = off."""
     adapt: bool = True
     """Lower these figures to what the recording shows (variance components)."""
+
+    @property
+    def corrections(self) -> tuple[str, ...]:
+        """Names of the options by which errors beyond bias, mounting and place are switched on."""
+        names = ("accelerometer_scale_sigma", "gyroscope_scale_sigma", "clock_offset_sigma",
+                 "heading_sigma", "bias_interval")  # fmt: skip
+        return tuple(name for name in names if getattr(self, name))
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,13 @@ from mocap_jax import linalg
 from mocap_jax.body import Body
 from mocap_jax.errors import SolveError
 from mocap_jax.estimate.central_velocity import central_velocity
-from mocap_jax.estimate.constant_names import constant_places
+from mocap_jax.estimate.constant_names import calibration, constant_places
 from mocap_jax.estimate.inputs import gauge_remarks
 from mocap_jax.estimate.observed_joints import observed_joints
-from mocap_jax.estimate.rest_biases import rest_biases
+from mocap_jax.estimate.rest_biases import read_in_the_hold, rest_biases
 from mocap_jax.estimate.sequence.adapt import implausible, re_estimate
 from mocap_jax.estimate.sequence.corner import constant_values
+from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.levels import (
     Levels,
     any_wrong,
@@ -34,7 +35,7 @@ from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.least_squares import NormalEquations, Outcome, Result, minimise
 from mocap_jax.measurement import FrameData
 from mocap_jax.recording import Recording
-from mocap_jax.solution import Solution, Status
+from mocap_jax.solution import Solution, Status, determination_remark
 from mocap_jax.trajectory import Trajectory
 
 # Frames beyond which a free root's drift is lost in the rounding of J'J (condition ~ frames^4).
@@ -65,6 +66,7 @@ class Run:
             self._prior_information(last=False), np.dtype(options.dtype),
             refines=self._loses_digits(root_given),
             readings=rest_biases(recording, data, layout, options),
+            mixing=read_in_the_hold(built),
         )  # fmt: skip
         self.cost: list[float] = []
         self.iterations = 0
@@ -174,7 +176,7 @@ class Run:
             except SolveError as error:
                 status = Status.UNDETERMINED
                 remarks.append(_undetermined(str(error), root_given=root_given))
-        return Solution(
+        solution = Solution(
             trajectory=Trajectory(np.asarray(self.data.time), state.q, self._velocity(state)),
             body=self.body,
             status=status,
@@ -191,6 +193,10 @@ class Run:
             ),
             options=_record(self.options, self.levels),
             **self._calibration(state, constants),  # type: ignore[arg-type]
+        )
+        told = determination_remark(solution)
+        return (
+            dataclasses.replace(solution, remarks=(*solution.remarks, told)) if told else solution
         )
 
     def _covariance(
@@ -234,23 +240,29 @@ class Run:
         layout = self.built.layout
         if not layout.use_border:
             return {}
-        values, table = (
-            constant_values(state.constants),
-            constant_places(layout, self.data.sensors),
-        )
-        missing = np.full(layout.constants, np.nan)
-        deviations = missing if covariance is None else np.sqrt(np.diag(covariance))
-        prior = np.sqrt(self._counts() / self.problem.prior_information)
+        sensors, values = self.data.sensors, constant_values(state.constants)
+        found, deviations = calibration(layout, sensors, values, covariance, self.built.walk)
+        declared = self.problem.prior_information / self._counts()
+        prior = _prior_deviations(layout, sensors, declared)
         return {
-            "calibration": {k: values[at] for k, at in table.items()},
-            "calibration_std": {k: deviations[at] for k, at in table.items()},
-            "calibration_prior_std": {k: prior[at] for k, at in table.items()},
+            "calibration": found,
+            "calibration_std": deviations,
+            "calibration_prior_std": prior,
             "calibration_covariance": covariance,
         }
 
     def _velocity(self, state: State) -> np.ndarray:
         """Central differences of the poses, in the tangent space."""
         return central_velocity(self.body, state.q, float(self.data.step))
+
+
+def _prior_deviations(
+    layout: Layout, sensors: tuple[str, ...], information: np.ndarray
+) -> dict[str, np.ndarray]:
+    """By name; of walks those of the steps, (n, 3)."""
+    out = {k: 1 / np.sqrt(information[at]) for k, at in constant_places(layout, sensors).items()}
+    walks = ("gyroscope_bias_walk", "accelerometer_bias_walk")
+    return {k: v.reshape(-1, 3) if k.split("/")[0] in walks else v for k, v in out.items()}
 
 
 def _undetermined(reason: str, *, root_given: bool) -> str:

@@ -38,6 +38,11 @@ class ErrorModel:
     def __post_init__(self) -> None:
         if self.kinds not in SENSOR_KINDS:
             raise unknown_name("sensor kind", self.kinds, SENSOR_KINDS)
+        if self.constants.corrections:
+            raise InputError(
+                f"constants: placement does not know {', '.join(self.constants.corrections)}; "
+                "valid: 0 (off)"
+            )
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,12 @@ _KINDS = {
     "accelerometer_bias": _Kind("Accelerometer offset", 1.0, "m/s\u00b2", 3),
     "mounting_rotation": _Kind("Mounting rotation", 180 / np.pi, "deg", 2),
     "mounting_offset": _Kind("Mounting offset", 1e3, "mm", 1),
+    "accelerometer_scale": _Kind("Accelerometer scale error", 100.0, "%", 2),
+    "gyroscope_scale": _Kind("Gyroscope scale error", 100.0, "%", 2),
+    "clock_offset": _Kind("Clock offset", 1e3, "ms", 2),
+    "heading": _Kind("Heading of measured orientations", 180 / np.pi, "deg", 2),
+    "gyroscope_bias_walk": _Kind("Gyroscope offset over time", 180 / np.pi, "deg/s", 3),
+    "accelerometer_bias_walk": _Kind("Accelerometer offset over time", 1.0, "m/s\u00b2", 3),
     "segment_length": _Kind("Segment length, change", 100.0, "%", 2, "Segment"),
     "source_position": _Kind("Source position, change", 1e3, "mm", 1, "Source"),
     "speed_of_sound": _Kind("Speed of sound, change", 100.0, "%", 3, "In"),
@@ -121,17 +127,29 @@ def _table(kind: str, solution: Solution, truth: Values) -> ConstantTable:
     keys = [key for key in solution.calibration if key.split("/", 1)[0] == kind]
     known = any(key in truth for key in keys)
     rows, far, judged, width = [], 0, 0, 1
-    for key in keys:
-        estimate = np.ravel(np.asarray(solution.calibration[key], float))
+    for name, *numbers in (entry for key in keys for entry in _entries(key, solution, truth)):
+        estimate, std, true = numbers
         width = max(width, len(estimate))
-        std = _like(solution.calibration_std.get(key), estimate)
-        true = _like(truth.get(key), estimate)
         off = np.abs(estimate - true) > _LIMIT * std
         far += int(off.sum())
         judged += int((np.isfinite(true) & np.isfinite(std)).sum())
-        rows.append(_row(key.split("/", 1)[-1], look, (estimate, std, true), off, known))
+        rows.append(_row(name, look, (estimate, std, true), off, known))
     title = f"{look.title} [{look.unit}]" if look.unit else look.title
     return ConstantTable(title, Table(_heads(look.owner, width, known), tuple(rows)), far, judged)
+
+
+def _entries(
+    key: str, solution: Solution, truth: Values
+) -> list[tuple[str, np.ndarray, np.ndarray, np.ndarray]]:
+    """Name, estimate, deviation and truth of each row of a constant: one, or one a knot."""
+    whole = np.asarray(solution.calibration[key], float)
+    flat = np.ravel(whole)
+    std, true = (_like(x.get(key), flat) for x in (solution.calibration_std, truth))
+    name = key.split("/", 1)[-1]
+    if whole.ndim < 2:
+        return [(name, flat, std, true)]
+    apart = (x.reshape(whole.shape) for x in (flat, std, true))
+    return [(f"{name}, knot {i + 1}", *rows) for i, rows in enumerate(zip(*apart, strict=True))]
 
 
 def _like(values: object, estimate: np.ndarray) -> np.ndarray:

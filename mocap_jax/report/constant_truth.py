@@ -15,6 +15,7 @@ from mocap_jax.solution.methods import FILTERS
 Values = dict[str, Float[np.ndarray, "n"]]
 _SENSORS = ("gyroscope", "accelerometer")
 _SOURCE = "source/"
+_AS_TOLD = ("mounting_rotation/", "source_offset/", "clock_offset/", "heading/")
 # Frames of two bodies that differ by less are the same frame.
 _SAME = 1e-3
 
@@ -23,7 +24,8 @@ def constant_truth(solution: Solution, recording: Recording | None) -> Values:
     """True constants under the keys of `Solution.calibration`; those the recording knows.
 
     Biases drift: theirs are means over the rest hold for filters, whose constants come from it, and
-    over the whole recording for the others. Lengths and places come from the true body beside the
+    over the whole recording for the others; at knots they are those of the nearest piecewise linear
+    course. Lengths and places come from the true body beside the
     solution's, where both have the same frames.
 
     Args:
@@ -34,10 +36,13 @@ def constant_truth(solution: Solution, recording: Recording | None) -> Values:
         return {}
     told = {k: np.asarray(v, float) for k, v in recording.truth.parameters.items()}
     out = _from_bodies(solution.body, truth_of(recording)[0], solution)
-    out |= {k: np.atleast_1d(v) for k, v in told.items() if k.startswith("mounting_rotation/")}
-    out |= {k: np.atleast_1d(v) for k, v in told.items() if k.startswith("source_offset/")}
+    out |= {k: np.atleast_1d(v) for k, v in told.items() if k.startswith(_AS_TOLD)}
     for kind in _SENSORS:
         out |= _mean_biases(kind, told, _fraction(solution, recording))
+        out |= _walks(kind, told, solution)
+        # The simulator's scale is a factor, the estimators' an error.
+        scale = f"{kind}_scale/"
+        out |= {k: np.atleast_1d(v) - 1.0 for k, v in told.items() if k.startswith(scale)}
     if "speed_of_sound" in told:
         relative = told["speed_of_sound"] / solution.setup.speed_of_sound - 1.0
         out["speed_of_sound/air"] = np.atleast_1d(relative)
@@ -65,6 +70,23 @@ def _mean_biases(kind: str, told: Values, fraction: tuple[float, float]) -> Valu
             first, last = (int(np.clip(round(f * len(drift)), 0, len(drift))) for f in fraction)
             mean = drift[min(first, len(drift) - 1) : max(last, first + 1)].mean(axis=0)
         out[key] = start + mean
+    return out
+
+
+def _walks(kind: str, told: Values, solution: Solution) -> Values:
+    """Biases (n, 3) at the knots of a solution's walks, by least squares over the recording."""
+    out = {}
+    for key, found in solution.calibration.items():
+        if not key.startswith(f"{kind}_bias_walk/"):
+            continue
+        sensor = key.split("/", 1)[1]
+        drift, start = told.get(f"{kind}_drift/{sensor}"), told.get(f"{kind}_bias/{sensor}")
+        if drift is None or start is None:
+            continue
+        knots = len(found)
+        place = np.linspace(0, knots - 1, len(drift))
+        hats = np.maximum(0.0, 1 - np.abs(place[:, None] - np.arange(knots)))
+        out[key] = start + np.linalg.lstsq(hats, drift, rcond=None)[0]
     return out
 
 

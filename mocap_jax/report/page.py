@@ -28,7 +28,7 @@ from mocap_jax.report.verdicts import (
     coverages,
     uncertainty_verdict,
 )
-from mocap_jax.solution import Solution
+from mocap_jax.solution import Solution, stated_determination
 
 _METHOD_NAMES = {
     "ekf": "Kalman filter",
@@ -114,6 +114,7 @@ def render(solutions: dict[str, Solution], recording: Recording | None) -> str:
         residuals=tables.residual_table(statistic_sources(solutions)),
         constant_tables=constants,
         constants_verdict=constants_verdict(constants),
+        constants_determined={n: t for n, s in solutions.items() if (t := stated_determination(s))},
         player=player_data(usable, palette, recording if errors else None) if usable else None,
         **all_pictures(usable, recording, palette, scored=bool(errors)),
     )  # fmt: skip
@@ -205,7 +206,7 @@ def _card(name: str, solution: Solution, colour: str) -> dict[str, object]:
         "ok": solution.status.ok,
         "status": solution.status.value,
         "facts": facts,
-        "remarks": solution.remarks,
+        "remarks": [x for x in solution.remarks if x != stated_determination(solution)],
         "options": [(k, str(v)) for k, v in sorted(solution.options.items())],
     }
 

@@ -15,6 +15,7 @@ _UNDETERMINED = 0.9
 # Two constants correlated beyond this are known in a combination only.
 _CORRELATED = 0.95
 _SHOWN = 6
+_OPENING = "The recording tells more than the priors about"
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,7 @@ class Determination:
     """What a recording tells of the constants."""
 
     count: int
-    """Constants solved for (scalars)."""
+    """Constants solved for (scalars; of biases that walk their mean and their steps)."""
     rank: int
     """Independent combinations of them that the recording tells more about than the priors do."""
     undetermined: tuple[tuple[str, float], ...]
@@ -31,17 +32,32 @@ class Determination:
     """Pairs whose correlation is beyond 0.95, the strongest first: only a combination is known."""
 
     def __str__(self) -> str:
-        lines = [
-            f"The recording tells more than the priors about {self.rank} of {self.count} "
-            "combinations of constants."
-        ]
+        return "\n".join(self.sentences)
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """All of it in words; the first says the rank."""
+        lines = [f"{_OPENING} {self.rank} of {self.count} combinations of constants."]
         if self.undetermined:
-            names = [name for name, _ in self.undetermined]
+            names = _grouped([name for name, _ in self.undetermined])
             lines.append(f"Not determined, the prior stands: {_listed(names)}.")
         if self.correlated:
             names = [f"{a} with {b} ({rho:+.3f})" for a, b, rho in self.correlated]
             lines.append(f"Known in combination only: {_listed(names)}.")
-        return "\n".join(lines)
+        return tuple(lines)
+
+
+def determination_remark(solution: Solution) -> str:
+    """`determination` as one remark; empty for a solution that has no covariance of constants."""
+    if solution.calibration_covariance is None or not len(solution.calibration_covariance):
+        return ""
+    found = determination(solution)
+    return " ".join(found.sentences) if found.count else ""
+
+
+def stated_determination(solution: Solution) -> str:
+    """The remark on constants that a solution carries, from a file too; empty without one."""
+    return next((text for text in solution.remarks if text.startswith(_OPENING)), "")
 
 
 def determination(solution: Solution) -> Determination:
@@ -86,14 +102,25 @@ def _posterior(
             f"solution: no covariance of constants (method '{solution.method}'); valid: what "
             "`optimise` returns with constants solved for (files do not hold it)"
         )
-    names = [
-        f"{name}{axis}"
-        for name, prior in priors.items()
-        for axis in (("/x", "/y", "/z") if np.size(prior) == 3 else ("",))
-    ]
+    names = [name + part for name, prior in priors.items() for part in _parts(np.shape(prior))]
     prior = np.concatenate([np.ravel(x) for x in priors.values()])
     free = np.flatnonzero(prior > 1e-6)
     return [names[i] for i in free], covariance[np.ix_(free, free)], prior[free]
+
+
+def _parts(shape: tuple[int, ...]) -> list[str]:
+    """Endings of the names of a constant's scalars; steps of a walk count from 1."""
+    axes = ["/x", "/y", "/z"] if shape and shape[-1] == 3 else [""] * int(np.prod(shape))
+    if len(shape) < 2:
+        return axes
+    return [f"/step {i + 1}{axis}" for i in range(shape[0]) for axis in axes]
+
+
+def _grouped(names: list[str]) -> list[str]:
+    """Names with all three axes of one constant as one, in the order of their first."""
+    parents = [name[:-2] if name[-2:] in ("/x", "/y", "/z") else name for name in names]
+    whole = {p for p in parents if parents.count(p) == 3}
+    return list(dict.fromkeys(p if p in whole else n for p, n in zip(parents, names, strict=True)))
 
 
 def _listed(names: list[str]) -> str:

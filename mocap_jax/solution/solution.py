@@ -77,14 +77,20 @@ class Solution:
     the normalised innovations squared, and `count`, its degrees of freedom (see `metrics.nis`)."""
     calibration: dict[str, np.ndarray] = field(default_factory=dict)
     """Estimated constants by name: `gyroscope_bias/<sensor>` [rad/s], `accelerometer_bias/...`
-    [m/s^2], `mounting_rotation/...` (rotation vector, rad, sensor frame)."""
+    [m/s^2], `mounting_rotation/...` (rotation vector, rad, sensor frame), `mounting_offset/...`
+    [m], `segment_length/<segment>` (relative), ...; where they were asked for
+    `accelerometer_scale/...` and `gyroscope_scale/...` (relative), `clock_offset/...` [s],
+    `heading/...` [rad], `gyroscope_bias_walk/...` and `accelerometer_bias_walk/...`: (n, 3), the
+    bias at n knots at equal distances from the first frame to the last (`.._bias/..` is its mean).
+    """
     calibration_std: dict[str, np.ndarray] = field(default_factory=dict)
     """Their standard deviations, same keys."""
     calibration_prior_std: dict[str, np.ndarray] = field(default_factory=dict)
-    """Standard deviations of the priors they were solved with, same keys (not in files)."""
+    """Standard deviations of the priors they were solved with, same keys (not in files); of a bias
+    that walks those of its n - 1 steps, over the root of the time between knots."""
     calibration_covariance: Float[np.ndarray, "m m"] | None = None
-    """Their joint covariance, in the order of `calibration` laid end to end (not in files; see
-    `determination`)."""
+    """Their joint covariance, in the order of `calibration_prior_std` laid end to end (not in
+    files; see `determination`)."""
     options: dict[str, object] = field(default_factory=dict)
     """The options used, by name, for the record."""
 

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_sequence_assembly import S, T, dense, make
+from test_sequence_assembly import CORRECTIONS, T, dense, make
 
 from mocap_jax.estimate.sequence.model_gradient import model_gradient
 
 
 @pytest.mark.slow
-def test_model_gradient_is_that_of_the_normal_equations() -> None:
-    problem, state = make(3, losses="cauchy", user=True, chunk=4)
+@pytest.mark.parametrize("corrections", [None, CORRECTIONS])
+def test_model_gradient_is_that_of_the_normal_equations(corrections: dict | None) -> None:
+    problem, state = make(3, losses="cauchy", user=True, chunk=4, corrections=corrections)
     equations = problem.linearise(state)
     gradient = np.concatenate([equations.gradient.ravel(), equations.corner_gradient])
     rng = np.random.default_rng(0)
     x = rng.normal(size=equations.gradient.shape)
     z = rng.normal(size=len(gradient) - x.size)
-    assert x.shape[0] == T and len(z) % S == 0
+    assert x.shape[0] == T and len(z) == problem.layout.constants
     product = dense(equations, T) @ np.concatenate([x.ravel(), z])
     for offset, expected in ((True, gradient + product), (False, product)):
         chunks = problem._inputs(state)

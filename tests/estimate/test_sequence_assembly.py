@@ -15,6 +15,7 @@ from mocap_jax.estimate.sequence import inertial_residuals, pose_terms, range_te
 from mocap_jax.estimate.sequence.assemble import _cost, kinematics
 from mocap_jax.estimate.sequence.layout import (
     Constants,
+    Corrections,
     Geometry,
     Layout,
     Terms,
@@ -37,13 +38,21 @@ BODY = """<mujoco><worldbody><body name="pelvis" pos="0 0 1"><freejoint/><geom s
 </body></body></worldbody></mujoco>"""
 T, S, K = 9, 4, 3
 M = 12 * S + 2 + 3 + 1 + 2
+# Every further error of boards; biases walk in two steps.
+CORRECTIONS = {
+    "use_accelerometer_scale": True, "use_gyroscope_scale": True, "use_clock_offset": True,
+    "use_heading": True, "gyroscope_steps": 2, "accelerometer_steps": 2,
+}  # fmt: skip
 
 
 def _user(body, window, data):
     return jnp.array([window[0, 7] - window[1, 8] ** 2, window[2, 0] * data])
 
 
-def make(order: int, *, losses: str = "none", user: bool = False, chunk: int = 16):
+def make(
+    order: int, *, losses: str = "none", user: bool = False, chunk: int = 16,
+    corrections: dict | None = None,
+):  # fmt: skip
     """A random problem in which every kind of residual is present."""
     body = load_body(BODY)
     rng = np.random.default_rng(order)
@@ -58,7 +67,7 @@ def make(order: int, *, losses: str = "none", user: bool = False, chunk: int = 1
         top, sites, (*sites, source), 1, True, True, True, True, True, CONSISTENT, order,
         losses, losses, (UserResidual("mine", _user, 3),) if user else (), chunk,
         lengths=tuple(top.body_index(n) for n in ("shank", "chest")), sources=(4,), use_sound=True,
-        emitters=(3, 4),
+        emitters=(3, 4), **(corrections or {}),
     )  # fmt: skip
     inside = lambda x, a, b: x * (np.arange(T) >= a)[:, None] * (np.arange(T) < T - b)[:, None]  # noqa: E731
     positive = lambda *shape: rng.uniform(0.5, 2.0, size=shape)  # noqa: E731
@@ -80,14 +89,25 @@ def make(order: int, *, losses: str = "none", user: bool = False, chunk: int = 1
         user_data=(np.asarray(draw(T)),) if user else (), user_mask=(user_mask,) if user else (),
     )  # fmt: skip
     weights = Weights(*(np.asarray(x) for x in (0.2, 1.5, 1.5, 1.0, 0.1)))
+    if corrections:
+        slopes = lambda: (draw(T, S, 3), draw(T, S, 3))  # noqa: E731
+        terms = dataclasses.replace(
+            terms, force_slopes=slopes(), rate_slopes=slopes(), mean_rate_slopes=slopes(),
+            walk=(draw(T, 2),),
+            orientation_information=inside(terms.orientation_information, 1, 1),
+        )  # fmt: skip
     constants = Constants(
         0.1 * draw(S, 3),
         0.2 * draw(S, 3),
         np.array(so3.exp(jnp.asarray(0.2 * draw(S, 3)))),
         0.05 * draw(S, 3),
         Geometry(0.1 * draw(2), 0.05 * draw(1, 3), 0.1 * draw(1), 0.1 * draw(2)),
-    )
-    problem = SequenceProblem(layout, body, terms, weights, np.zeros(M))
+        Corrections(**{
+            f.name: 0.1 * draw(S, layout.sensor_sizes[f.name])
+            for f in dataclasses.fields(Corrections)
+        }),
+    )  # fmt: skip
+    problem = SequenceProblem(layout, body, terms, weights, np.zeros(layout.constants))
     return problem, State(q, constants)
 
 
@@ -142,9 +162,14 @@ def dense(equations, frames: int):
     return out
 
 
-@pytest.mark.parametrize(("order", "user"), [(2, False), (3, True)])
-def test_normal_equations_equal_dense_jacobian(order: int, user: bool) -> None:
-    problem, state = make(order, user=user)
+@pytest.mark.parametrize(
+    ("order", "user", "corrections"),
+    [(2, False, None), (3, True, None), (2, False, CORRECTIONS), (2, False, {"use_heading": True})],
+)
+def test_normal_equations_equal_dense_jacobian(
+    order: int, user: bool, corrections: dict | None
+) -> None:
+    problem, state = make(order, user=user, corrections=corrections)
     zero = jnp.zeros(problem.unknowns)
     function = jax.jit(lambda d: stacked_residuals(problem, state, d))
     residual = np.asarray(function(zero))
@@ -156,6 +181,30 @@ def test_normal_equations_equal_dense_jacobian(order: int, user: bool) -> None:
     np.testing.assert_allclose(gradient, jacobian.T @ residual, rtol=1e-9, atol=1e-7)
     square = jacobian.T @ jacobian
     np.testing.assert_allclose(dense(equations, T), square, rtol=1e-9, atol=1e-9 * square.max())
+
+
+def test_corrections_that_are_off_leave_the_other_equations_as_they_are() -> None:
+    """With all of them at zero, rows and columns of the others are the same to rounding."""
+    with_them, state = make(2, corrections=CORRECTIONS)
+    plain, _ = make(2)
+    plain.replace_terms(orientation_information=with_them.terms.orientation_information)
+    c = dataclasses.replace(
+        state.constants,
+        corrections=Corrections(**{
+            f.name: 0 * getattr(state.constants.corrections, f.name)
+            for f in dataclasses.fields(Corrections)
+        }),
+    )  # fmt: skip
+    a = with_them.linearise(State(state.q, c))
+    b = plain.linearise(State(state.q, dataclasses.replace(c, corrections=Corrections())))
+    width, poses, n = with_them.layout.per_sensor, T * plain.layout.topology.nv, len(dense(a, T))
+    own = poses + width * np.arange(S)[:, None] + np.arange(12)
+    kept = np.concatenate([np.arange(poses), own.ravel(), np.arange(poses + width * S, n)])
+    square = dense(b, T)
+    np.testing.assert_allclose(
+        dense(a, T)[np.ix_(kept, kept)], square, rtol=1e-12, atol=1e-12 * square.max()
+    )
+    assert len(square) == poses + M and a.cost == pytest.approx(b.cost, rel=1e-12)
 
 
 def test_blocks_are_final_when_they_are_handed_over() -> None:

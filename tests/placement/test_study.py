@@ -9,6 +9,7 @@ import pytest
 
 import mocap_jax as mj
 from mocap_jax.errors import InputError
+from mocap_jax.estimate import ConstantsOptions
 from mocap_jax.placement import (
     Constraints,
     ErrorModel,
@@ -120,6 +121,10 @@ def test_wrong_requests_name_the_valid_choices(person, motions, quick, changes, 
         (lambda: PlacementOptions(sensors=0), "sensors 0: must be 1 or more"),
         (lambda: PlacementOptions(root="none"), "root 'none'.*given, free"),
         (lambda: ErrorModel(kinds="D"), "sensor kind 'D'.*A, G, AG"),
+        (
+            lambda: ErrorModel(constants=ConstantsOptions(heading_sigma=0.1)),
+            "heading_sigma; valid: 0",
+        ),
     ],
 )
 def test_wrong_options_name_the_valid_choices(make, message):

@@ -56,6 +56,8 @@ def reference(made):
             "accelerometer_bias/head": jnp.array([0.1, 0.0, 0.0]),
             "speed_of_sound": jnp.array(0.99 * 343.0),
             "source_offset/hat": jnp.array(0.004),
+            "gyroscope_scale/head": jnp.array([1.01, 1.0, 0.98]),
+            "clock_offset/head": jnp.array(0.002),
         },
     )  # fmt: skip
     return dataclasses.replace(
@@ -82,6 +84,25 @@ def test_drifting_biases_are_means_over_the_data_used(made, reference):
     np.testing.assert_allclose(rest, [0.01 + 1e-3 * 4.5, 0.02, 0.03], atol=1e-9)
     steady = constant_truth(made, reference)["accelerometer_bias/head"]
     np.testing.assert_allclose(steady, [0.1, 0.0, 0.0])
+
+
+def test_scales_are_errors_and_clocks_are_as_told(made, reference):
+    truth = constant_truth(made, reference)
+    np.testing.assert_allclose(truth["gyroscope_scale/head"], [0.01, 0.0, -0.02], atol=1e-12)
+    np.testing.assert_allclose(truth["clock_offset/head"], [0.002])
+
+
+def test_biases_that_walk_are_set_beside_their_course_at_the_knots(made, reference):
+    knots = np.array([0.0, 29.5, 59.0])[:, None] * [1e-3, 0.0, 0.0] + [0.01, 0.02, 0.03]
+    key = "gyroscope_bias_walk/head"
+    walked = dataclasses.replace(
+        made, calibration={key: knots + [0.0, 0.005, 0.0]},
+        calibration_std={key: np.full((3, 3), 1e-3)},
+    )  # fmt: skip
+    np.testing.assert_allclose(constant_truth(walked, reference)[key], knots, atol=1e-12)
+    (table,) = constant_tables({"Optimiser": walked}, reference)["Optimiser"]
+    assert [row.head for row in table.table.rows] == [f"head, knot {i}" for i in (1, 2, 3)]
+    assert (table.far, table.known) == (3, 9) and table.table.rows[1].off == (2,)
 
 
 def test_other_frames_and_recordings_without_truth_give_nothing(made, reference):

@@ -242,6 +242,17 @@ def test_failed_solution_is_reported(tmp_path, body, truth, estimates):
     assert Status.DIVERGED.value in text and "Motion" in page.headings
 
 
+def test_what_is_not_determined_is_said_beside_the_constants(tmp_path, estimates):
+    told = (
+        "The recording tells more than the priors about 2 of 3 combinations of constants. "
+        "Not determined, the prior stands: gyroscope_bias/head/x."
+    )
+    stated = dataclasses.replace(estimates[1], remarks=("Another remark.", told))
+    text, _ = written(tmp_path / "told.html", [stated])
+    assert text.count(told) == 1 and text.count("Another remark.") == 1
+    assert text.index("Estimated constants") < text.index(told)
+
+
 def test_odd_names_are_text(tmp_path, truth, estimates):
     odd = "<script>alert('x')</script> & \"$x_2$\""
     named = dataclasses.replace(

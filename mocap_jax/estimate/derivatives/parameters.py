@@ -210,6 +210,8 @@ def constants_prior(
         return prior, (values, sure)
     cells = constant_cells(layout)
     for name, at in cells.items():
+        if not len(at):
+            continue
         before, now = (getattr(x.figures, f"{name}_sigma") for x in (fixed.base, p))
         # A constant that is pinned stays so.
         safe = jnp.where(before > 0, now, 1.0)

@@ -11,7 +11,7 @@ from jax import Array
 from jaxtyping import Float
 
 from mocap_jax.body import Body
-from mocap_jax.errors import SolveError
+from mocap_jax.errors import InputError, SolveError
 from mocap_jax.estimate.derivatives.implicit import minimum
 from mocap_jax.estimate.derivatives.objective import Bound, Point, moved
 from mocap_jax.estimate.derivatives.parameters import (
@@ -27,10 +27,14 @@ from mocap_jax.estimate.derivatives.parameters import (
 )
 from mocap_jax.estimate.derivatives.preconditioner import preconditioner
 from mocap_jax.estimate.sequence.layout import Constants
-from mocap_jax.estimate.sequence.levels import GEOMETRY_KINDS, KINDS, SENSOR_KINDS
+from mocap_jax.estimate.sequence.levels import (
+    GEOMETRY_KINDS,
+    KINDS,
+    SENSOR_KINDS,
+)
 from mocap_jax.estimate.shared_joints import shared_joints
 from mocap_jax.estimate.whole_sequence import solve_sequence
-from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
+from mocap_jax.estimate.whole_sequence_options import ConstantsOptions, OptimiseOptions
 from mocap_jax.estimate.whole_sequence_run import Run
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution
@@ -120,7 +124,7 @@ def differentiable(
         options: see `OptimiseOptions`; float64 only.
 
     Raises:
-        InputError: as `optimise`.
+        InputError: as `optimise`, or constants whose derivatives are not worked out.
         SolveError: the solve failed, or the data do not determine every unknown.
 
     Example:
@@ -129,10 +133,20 @@ def differentiable(
         slopes = jax.grad(error)(estimate.parameters)
         slopes.figures.gyroscope, slopes.measurements.range_distance, slopes.body.site_pos
     """
+    _refuse_corrections(options.constants)
     solution, run = solve_sequence(recording, body, initial=initial, options=options)
     if not solution.status.ok:
         raise SolveError(solution.status.value)
     return Differentiable(solution, _fixed(recording, solution, run), run)
+
+
+def _refuse_corrections(options: ConstantsOptions) -> None:
+    """Scales, clock offsets, headings and walks are no parameters yet."""
+    if options.corrections:
+        raise InputError(
+            f"options.constants: derivatives do not know {', '.join(options.corrections)}; "
+            "valid: 0 (off)"
+        )
 
 
 def _fixed(recording: Recording, solution: Solution, run: Run) -> Fixed:

@@ -25,6 +25,7 @@ from mocap_jax.body import difference
 from mocap_jax.estimate.sequence.corner import constant_values
 from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.levels import (
+    CORRECTION_KINDS,
     GEOMETRY_KINDS,
     INFORMATION,
     Levels,
@@ -59,6 +60,7 @@ _FAR = 3.0
 _INNER = 2
 # Fewer constants than this say little about the size of their kind.
 _FEW = 6
+_PATIENT = (*GEOMETRY_KINDS, *CORRECTION_KINDS)
 # Ranges whose declared variance is below this many times the smallest count as trusted.
 _TRUSTED = 4.0
 
@@ -225,20 +227,20 @@ def _deviations(
 ) -> dict[str, float]:  # fmt: skip
     """Deviations of each kind of constants as a population: sum v^2 / sum (1 - var / sigma^2).
 
-    Kinds of the `Geometry` that are few, or that the recording hardly determines, take the step of
-    expectation-maximisation instead, mean(v^2 + var): the quotient would take their prior's pull
-    for a sign that they are small.
+    Kinds of `Geometry` and `Corrections` that are few, or that the recording hardly determines,
+    take the step of expectation-maximisation instead, mean(v^2 + var): the quotient would take
+    their prior's pull for a sign that they are small.
 
     They may shrink to what the recording shows, not grow beyond the declared prior: a misfit
     elsewhere would otherwise be blamed on them without bound.
     """
     changes, cells = {}, constant_cells(layout)
     for name, declared in declared_deviations(options).items():
-        sigma, at = getattr(levels, name), cells[name]
+        sigma, at = getattr(levels, name), cells.get(name, ())
         if not sigma or not len(at):
             continue
         determined = (1 - variance[at] / sigma**2).clip(0).sum()
-        if name in GEOMETRY_KINDS and (len(at) < _FEW or 2 * determined < len(at)):
+        if name in _PATIENT and (len(at) < _FEW or 2 * determined < len(at)):
             found = np.sqrt((values[at] ** 2 + variance[at]).mean())
         else:
             least = _LEAST_REDUNDANCY * len(at)

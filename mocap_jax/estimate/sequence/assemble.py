@@ -36,13 +36,13 @@ class ChunkSystem(NamedTuple):
     lower: Float[Array, "c b+1 nv nv"]
     """[k, o]: block (k + o, k)."""
     gradient: Float[Array, "c nv"]
-    border: Float[Array, "c s 6 12"]
+    border: Float[Array, "c s 6 n"]
     """Compact border of the inertial residuals: see `chunk_border`."""
     screws: Float[Array, "c 6 nv"]
     range_border: Float[Array, "c s 3 nv"]
     """What ranges add: rows the receivers' offsets."""
-    corner: Float[Array, "s 12 12"]
-    corner_gradient: Float[Array, "s 12"]
+    corner: Float[Array, "s n n"]
+    corner_gradient: Float[Array, "s n"]
     geometry: GeometryInformation
     cost: Float[Array, ""]
 
@@ -144,8 +144,9 @@ def assemble_chunk(
         if ranges is not None:
             told = range_terms.border(layout, rows)
             range_border, geometry = told.offset, geometry.plus(told.geometry)
-            corner = corner.at[:, 9:, 9:].add(told.offset_square)
-            corner_gradient = corner_gradient.at[:, 9:].add(told.offset_gradient)
+            cells = layout.sensor_cells["offset"]
+            corner = corner.at[:, cells, cells].add(told.offset_square)
+            corner_gradient = corner_gradient.at[:, cells].add(told.offset_gradient)
     cost = 0.5 * sum(x.sum() for x in kinds.values())
     return ChunkSystem(
         jnp.stack(blocks, axis=1), gradient, info.border, w.screws[core], range_border,
@@ -163,7 +164,9 @@ def chunk_border(
 ) -> Float[Array, "c m nv"]:
     """Blocks of B' of a chunk, from its compact border."""
     blocks = joint_border(sensor_dofs(layout), border, screws)
-    blocks = blocks + jnp.pad(range_border, ((0, 0), (0, 0), (9, 0), (0, 0)))
+    cells = layout.sensor_cells["offset"]
+    around = (cells.start, layout.per_sensor - cells.stop)
+    blocks = blocks + jnp.pad(range_border, ((0, 0), (0, 0), around, (0, 0)))
     blocks = blocks.reshape(blocks.shape[0], -1, layout.topology.nv)
     return jnp.concatenate([blocks, geometry], axis=1)
 
@@ -176,15 +179,12 @@ def cut(tree: Terms, layout: Layout, index: int) -> Terms:
 
 def cut_frames(tree: Terms, first: int, last: int) -> Terms:
     """Rows `first` to `last` of all arrays."""
-    sliced = jax.tree.map(lambda x: x[first:last], (tree.user_data, tree.user_mask))
     fields = {}
     for name in tree.__dataclass_fields__:
-        value = getattr(tree, name)
-        if name in ("user_data", "user_mask"):
-            continue
         by_frame = name not in ("reference", "reference_information")
-        fields[name] = value[first:last] if by_frame else value[:, first:last]
-    return Terms(**fields, user_data=sliced[0], user_mask=sliced[1])
+        rows = slice(first, last) if by_frame else (slice(None), slice(first, last))
+        fields[name] = jax.tree.map(lambda x, rows=rows: x[rows], getattr(tree, name))
+    return Terms(**fields)
 
 
 def pad_frames(x: np.ndarray, layout: Layout, chunks: int, axis: int, *, edge: bool) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from mocap_jax.estimate.background import compile_once
 from mocap_jax.estimate.sequence.assemble import assemble_chunk, chunk_border, evaluate_chunk
-from mocap_jax.estimate.sequence.layout import Constants, Geometry
+from mocap_jax.estimate.sequence.layout import no_errors
 from mocap_jax.estimate.sequence.problem import SequenceProblem
 
 
@@ -21,11 +21,7 @@ def compile_ahead(problem: SequenceProblem) -> list[Future[None]]:
 def _prepare(problem: SequenceProblem) -> None:
     layout, dtype = problem.layout, problem.dtype
     terms = problem.chunk_terms(0)
-    zero = np.zeros((len(layout.sites), 3), dtype)
-    lengths, sources, sound, emitters = (np.zeros(n, dtype) for n in layout.geometry_sizes)
-    geometry = Geometry(lengths, sources.reshape(-1, 3), sound, emitters)
-    mounting = np.tile(np.eye(3, dtype=dtype), (len(zero), 1, 1))
-    constants = jax.tree.map(jax.numpy.asarray, Constants(zero, zero, mounting, zero, geometry))
+    constants = jax.tree.map(lambda x: jax.numpy.asarray(x, dtype), no_errors(layout))
     arguments = (problem.body, np.asarray(terms.reference[0]), constants, terms, problem.weights)
     out = assemble_chunk.prepare(layout, *arguments)
     if layout.use_border:

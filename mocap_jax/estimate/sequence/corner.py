@@ -2,29 +2,39 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
 from mocap_jax import so3
 from mocap_jax.estimate.sequence.assemble import ChunkSystem
-from mocap_jax.estimate.sequence.layout import CONSTANTS_PER_SENSOR, Constants
+from mocap_jax.estimate.sequence.layout import Constants
 
 
 def constant_values(c: Constants) -> Float[np.ndarray, "m"]:
-    """All constants in their order: gyroscope bias, accelerometer bias, mounting rotation vector
-    and offset of each sensor; segment lengths, source positions, speed of sound, range offsets."""
-    turn = np.asarray(so3.log(jnp.asarray(c.mounting)))
-    sensors = np.concatenate([c.gyroscope_bias, c.accelerometer_bias, turn, c.offset], axis=1)
+    """All constants in their order: gyroscope bias, accelerometer bias, mounting rotation vector,
+    offset and `Corrections` of each sensor; segment lengths, source positions, speed of sound,
+    range offsets."""
     g = c.geometry
-    parts = (sensors, g.length, g.source, g.sound, g.range_offset)
+    parts = (_of_sensors(c), g.length, g.source, g.sound, g.range_offset)
     return np.concatenate([np.ravel(np.asarray(x)) for x in parts])
+
+
+def _of_sensors(c: Constants) -> Float[np.ndarray, "s n"]:
+    """The constants of each sensor in their order."""
+    turn = np.asarray(so3.log(jnp.asarray(c.mounting)))
+    more = (getattr(c.corrections, f.name) for f in dataclasses.fields(c.corrections))
+    parts = (c.gyroscope_bias, c.accelerometer_bias, turn, c.offset, *more)
+    return np.concatenate([np.asarray(x) for x in parts if np.size(x)] or [turn], axis=1)
 
 
 def prior_equations(
     constants: Constants,
     prior: Float[np.ndarray, "m"],
     readings: tuple[Float[np.ndarray, "m"], Float[np.ndarray, "m"]],
+    mixing: Float[np.ndarray, "m m"] | None = None,
 ) -> tuple[float, np.ndarray, np.ndarray]:
     """Cost, gradient (m,) and curvature (m, m) of priors on and readings of the constants.
 
@@ -32,16 +42,23 @@ def prior_equations(
         constants: where.
         prior: inverse variances about zero.
         readings: direct measurements and their inverse variances.
+        mixing: what they are measurements of, a row of factors of all constants each; default of
+            each constant.
     """
     values, (read, sure) = constant_values(constants), readings
-    jacobian = np.eye(len(values))
+    jacobian, width = np.eye(len(values)), _of_sensors(constants).shape[1]
     turns = np.asarray(so3.right_jacobian_inverse(so3.log(jnp.asarray(constants.mounting))))
     for i, turn in enumerate(turns):
-        cells = slice(CONSTANTS_PER_SENSOR * i + 6, CONSTANTS_PER_SENSOR * i + 9)
+        cells = slice(width * i + 6, width * i + 9)
         jacobian[cells, cells] = turn
-    cost = 0.5 * float((prior * values**2 + sure * (values - read) ** 2).sum())
-    gradient = jacobian.T @ (prior * values + sure * (values - read))
-    return cost, gradient, jacobian.T @ ((prior + sure)[:, None] * jacobian)
+    if mixing is None:
+        cost = 0.5 * float((prior * values**2 + sure * (values - read) ** 2).sum())
+        gradient = jacobian.T @ (prior * values + sure * (values - read))
+        return cost, gradient, jacobian.T @ ((prior + sure)[:, None] * jacobian)
+    off, seen = mixing @ values - read, mixing @ jacobian
+    cost = 0.5 * float((prior * values**2 + sure * off**2).sum())
+    square = jacobian.T @ (prior[:, None] * jacobian) + seen.T @ (sure[:, None] * seen)
+    return cost, jacobian.T @ (prior * values) + seen.T @ (sure * off), square
 
 
 def add_chunk(out: ChunkSystem, corner: np.ndarray, slope: np.ndarray) -> None:

@@ -17,7 +17,7 @@ from jax import Array
 from jaxtyping import Float
 
 from mocap_jax import so3
-from mocap_jax.estimate.sequence.layout import CONSTANTS_PER_SENSOR, Layout
+from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.window import Window, lengths_beneath, sensor_dofs
 
 
@@ -25,7 +25,7 @@ class GeometryInformation(NamedTuple):
     """J'WJ and J'Wr of the constants that belong to no sensor (`Layout.geometry` of them)."""
 
     border: Float[Array, "c g nv"]
-    cross: Float[Array, "s 12 g"]
+    cross: Float[Array, "s n g"]
     """With the sensors' own constants."""
     square: Float[Array, "g g"]
     gradient: Float[Array, "g"]
@@ -40,7 +40,7 @@ def nothing(layout: Layout, frames: int, dtype: jnp.dtype) -> GeometryInformatio
     g, s = layout.geometry, len(layout.sites)
     return GeometryInformation(
         jnp.zeros((frames, g, layout.topology.nv), dtype),
-        jnp.zeros((s, CONSTANTS_PER_SENSOR, g), dtype),
+        jnp.zeros((s, layout.per_sensor, g), dtype),
         jnp.zeros((g, g), dtype),
         jnp.zeros(g, dtype),
     )
@@ -54,7 +54,7 @@ class AccelerationRows(NamedTuple):
     alpha: Float[Array, "3"]
     y: list[Float[Array, "n-2 s 3"]]
     """By frame of the window."""
-    columns: Float[Array, "n-2 s 3 12"]
+    columns: Float[Array, "n-2 s 3 m"]
     """By the sensor's constants."""
 
 

@@ -13,7 +13,9 @@ from jax import Array
 from jaxtyping import Float
 
 from mocap_jax import so3
+from mocap_jax.estimate.sequence.corrected import forces, rates
 from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
+from mocap_jax.estimate.sequence.orientation_prediction import predicted
 from mocap_jax.estimate.sequence.window import Window
 from mocap_jax.residuals.inertial import log_below_pi
 from mocap_jax.residuals.robust import loss, weight
@@ -35,18 +37,18 @@ def residuals(
 ) -> InertialResiduals:
     """All inertial residuals of a chunk (see `residuals.inertial` for the plain functions)."""
     h = weights.step
-    force = so3.matvec3(w.rotation, terms.force - constants.accelerometer_bias)
+    force = so3.matvec3(w.rotation, forces(layout, constants, terms))
     c = layout.force_weights
     measured = c[0] * force[:-2] + c[1] * force[1:-1] + c[2] * force[2:]
     second = (w.position[:-2] - 2 * w.position[1:-1] + w.position[2:]) / h**2
     turned = log_below_pi(so3.matmul3(jnp.swapaxes(w.rotation[:-1], -1, -2), w.rotation[1:]))
-    rate = terms.rate - constants.gyroscope_bias
+    rate, mean = rates(layout, constants, terms)
     coning = so3.cross(rate[:-1], rate[1:])
     orientation = jnp.zeros_like(w.position)
     if layout.use_orientation:
-        relative = so3.matmul3(jnp.swapaxes(terms.orientation, -1, -2), w.rotation)
+        there = predicted(layout, w.rotation, constants, h)
+        relative = so3.matmul3(jnp.swapaxes(terms.orientation, -1, -2), there)
         orientation = so3.log(relative)
-    mean = terms.mean_rate[:-1] - constants.gyroscope_bias
     return InertialResiduals(
         second - measured - gravity, turned / h - mean - h / 12 * coning, turned, orientation
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -11,10 +12,6 @@ from jax import Array
 from jaxtyping import Float, Int
 
 from mocap_jax.body import Topology
-
-CONSTANTS_PER_SENSOR = 12
-"""Border columns of a sensor: gyroscope bias, accelerometer bias, mounting rotation, offset."""
-
 
 KNEES = "knees"
 """Name of the residual that `knees` adds: it moves nothing that boards do not hold."""
@@ -62,6 +59,14 @@ class Layout:
     """The speed of sound is unknown."""
     emitters: tuple[int, ...] = ()
     """Positions in `range_sites` of sources whose ranges have an unknown constant error."""
+    use_accelerometer_scale: bool = False
+    """Accelerometers have unknown scale errors (this and the following: `Corrections`)."""
+    use_gyroscope_scale: bool = False
+    use_clock_offset: bool = False
+    use_heading: bool = False
+    gyroscope_steps: int = 0
+    """Steps that the biases of gyroscopes take from knot to knot; 0 where they are constant."""
+    accelerometer_steps: int = 0
 
     @property
     def half_bandwidth(self) -> int:
@@ -86,9 +91,44 @@ class Layout:
         return len(self.lengths), sources, int(self.use_sound), emitters
 
     @property
+    def sensor_sizes(self) -> dict[str, int]:
+        """Border columns of a sensor by kind of constant, in their order; 0 where one is off."""
+        return {
+            "gyroscope_bias": 3,
+            "accelerometer_bias": 3,
+            "mounting": 3,
+            "offset": 3,
+            "accelerometer_scale": 3 * self.use_accelerometer_scale,
+            "gyroscope_scale": 3 * self.use_gyroscope_scale,
+            "clock_offset": int(self.use_clock_offset),
+            "heading": int(self.use_heading),
+            "gyroscope_walk": 3 * self.gyroscope_steps,
+            "accelerometer_walk": 3 * self.accelerometer_steps,
+        }
+
+    @property
+    def sensor_cells(self) -> dict[str, slice]:
+        """Where each kind of constant stands among those of a sensor."""
+        sizes = self.sensor_sizes
+        ends = np.cumsum([0, *sizes.values()])
+        return {
+            k: slice(int(a), int(b)) for k, a, b in zip(sizes, ends[:-1], ends[1:], strict=True)
+        }
+
+    @property
+    def per_sensor(self) -> int:
+        """Border columns of a sensor."""
+        return sum(self.sensor_sizes.values())
+
+    @property
+    def all_constants(self) -> int:
+        """Number of constants, border or not: those of all sensors, then the geometry."""
+        return self.per_sensor * len(self.sites) + self.geometry
+
+    @property
     def constants(self) -> int:
-        """Number of border unknowns: those of all sensors, then the geometry."""
-        return CONSTANTS_PER_SENSOR * len(self.sites) + self.geometry if self.use_border else 0
+        """Number of border unknowns."""
+        return self.all_constants if self.use_border else 0
 
 
 @jax.tree_util.register_dataclass
@@ -106,6 +146,29 @@ class Geometry:
     """Constant error of the ranges of each of `Layout.emitters` [m]."""
 
 
+def _none() -> np.ndarray:
+    return np.zeros((0, 0))
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
+class Corrections:
+    """Further errors of boards; those that `Layout` does not name have no columns."""
+
+    accelerometer_scale: Float[Array, "s a"] = field(default_factory=_none)
+    """Relative errors of the scale of the axes: a reading is (1 + scale) times the truth."""
+    gyroscope_scale: Float[Array, "s b"] = field(default_factory=_none)
+    clock_offset: Float[Array, "s c"] = field(default_factory=_none)
+    """What a board's stamps say less the time of root and ranges [s]."""
+    heading: Float[Array, "s d"] = field(default_factory=_none)
+    """Rotation of the measured orientations about the world's vertical [rad]."""
+    gyroscope_walk: Float[Array, "s e"] = field(default_factory=_none)
+    """Steps of the bias from knot to knot, one after another, over the root of the time between
+    knots [rad/s/sqrt(s)] (see `walk`)."""
+    accelerometer_walk: Float[Array, "s f"] = field(default_factory=_none)
+    """[m/s^2/sqrt(s)]"""
+
+
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Constants:
@@ -120,6 +183,22 @@ class Constants:
     offset: Float[Array, "s 3"]
     """Position of the sensor less that of its site, site frame [m]."""
     geometry: Geometry = field(default_factory=Geometry)
+    corrections: Corrections = field(default_factory=Corrections)
+
+
+def no_errors(layout: Layout) -> Constants:
+    """Constants of a perfect set-up."""
+    s = len(layout.sites)
+    of_kind = {kind: np.zeros((s, size)) for kind, size in layout.sensor_sizes.items()}
+    lengths, sources, sound, emitters = (np.zeros(n) for n in layout.geometry_sizes)
+    return Constants(
+        of_kind["gyroscope_bias"],
+        of_kind["accelerometer_bias"],
+        np.tile(np.eye(3), (s, 1, 1)),
+        of_kind["offset"],
+        Geometry(lengths, sources.reshape(-1, 3), sound, emitters),
+        Corrections(**{f.name: of_kind[f.name] for f in dataclasses.fields(Corrections)}),
+    )
 
 
 @jax.tree_util.register_dataclass
@@ -153,6 +232,12 @@ class Terms:
     limit_information: Float[Array, "t"]
     user_data: tuple = ()
     user_mask: tuple = ()
+    force_slopes: tuple[Float[Array, "t s 3"], ...] = ()
+    """First and second time derivative of `force`, where clock offsets are unknown."""
+    rate_slopes: tuple[Float[Array, "t s 3"], ...] = ()
+    mean_rate_slopes: tuple[Float[Array, "t s 3"], ...] = ()
+    walk: tuple[Float[Array, "t n"], ...] = ()
+    """What each step of a walk adds to a bias (see `walk.Walk`), where biases walk."""
 
 
 @jax.tree_util.register_dataclass

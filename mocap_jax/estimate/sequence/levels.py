@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mocap_jax.estimate.sequence.layout import CONSTANTS_PER_SENSOR, Layout
+from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.terms import Built
 from mocap_jax.estimate.whole_sequence_options import ConstantsOptions, OptimiseOptions
 
@@ -20,6 +20,10 @@ INFORMATION = {
     "range": "range_information",
 }
 SENSOR_KINDS = ("gyroscope_bias", "accelerometer_bias", "mounting", "offset")
+CORRECTION_KINDS = (
+    "accelerometer_scale", "gyroscope_scale", "clock_offset", "heading", "gyroscope_walk",
+    "accelerometer_walk",
+)  # fmt: skip
 GEOMETRY_KINDS = ("length", "source", "sound", "range_offset")
 
 
@@ -33,6 +37,12 @@ class Levels:
     accelerometer_bias: float
     mounting: float
     offset: float
+    accelerometer_scale: float
+    gyroscope_scale: float
+    clock_offset: float
+    heading: float
+    gyroscope_walk: float
+    accelerometer_walk: float
     length: float
     source: float
     sound: float
@@ -52,16 +62,9 @@ class Levels:
 
 def declared_deviations(options: ConstantsOptions) -> dict[str, float]:
     """Prior standard deviations of the constants, by name."""
-    return {
-        "gyroscope_bias": options.gyroscope_bias_sigma,
-        "accelerometer_bias": options.accelerometer_bias_sigma,
-        "mounting": options.mounting_sigma,
-        "offset": options.offset_sigma,
-        "length": options.length_sigma,
-        "source": options.source_sigma,
-        "sound": options.sound_sigma,
-        "range_offset": options.range_offset_sigma,
-    }
+    kinds = (*SENSOR_KINDS, *CORRECTION_KINDS, *GEOMETRY_KINDS)
+    stays = () if options.bias_interval else ("gyroscope_walk", "accelerometer_walk")
+    return {kind: 0.0 if kind in stays else getattr(options, f"{kind}_sigma") for kind in kinds}
 
 
 def initial_levels(options: OptimiseOptions, sensors: int) -> Levels:
@@ -72,9 +75,16 @@ def initial_levels(options: OptimiseOptions, sensors: int) -> Levels:
 
 
 def constant_cells(layout: Layout) -> dict[str, np.ndarray]:
-    """Where each kind of constant stands among all of them (see `constant_values`)."""
-    sensors = np.arange(CONSTANTS_PER_SENSOR * len(layout.sites)).reshape(-1, len(SENSOR_KINDS), 3)
-    cells = {name: sensors[:, i].ravel() for i, name in enumerate(SENSOR_KINDS)}
+    """Where each kind of constant stands among all of them (see `constant_values`).
+
+    Kinds of `Corrections` that are off are not among them.
+    """
+    sensors = np.arange(layout.per_sensor * len(layout.sites)).reshape(-1, layout.per_sensor)
+    cells = {
+        name: sensors[:, at].ravel()
+        for name, at in layout.sensor_cells.items()
+        if at.stop > at.start
+    }
     ends = sensors.size + np.cumsum([0, *layout.geometry_sizes])
     for i, name in enumerate(GEOMETRY_KINDS):
         cells[name] = np.arange(ends[i], ends[i + 1])
@@ -95,7 +105,7 @@ def prior_information(levels: Levels, built: Built, repeats: float, *, last: boo
 
 def prior_from(levels: Levels, layout: Layout, counts: np.ndarray) -> np.ndarray:
     """Inverse variances (m,) from deviations and how often each prior counts."""
-    sigma = np.empty(CONSTANTS_PER_SENSOR * len(layout.sites) + layout.geometry)
+    sigma = np.empty(layout.all_constants)
     for name, at in constant_cells(layout).items():
         sigma[at] = getattr(levels, name)
     return counts / np.maximum(sigma, 1e-7) ** 2
@@ -106,10 +116,11 @@ def prior_counts(levels: Levels, built: Built, repeats: float, *, last: bool) ->
     layout = built.layout
     own = np.where(_wrong(levels, built), repeats, 1.0)
     shared = repeats if last and mostly_wrong(levels, built) else 1.0
-    counts = np.repeat(own, CONSTANTS_PER_SENSOR)
+    counts = np.repeat(own, layout.per_sensor)
     counts = np.concatenate([counts, np.full(layout.geometry, shared)])
     cells = constant_cells(layout)
-    counts[np.concatenate([cells["gyroscope_bias"], cells["range_offset"]])] = 1.0
+    once = ("gyroscope_bias", "gyroscope_walk", "accelerometer_walk", "range_offset")
+    counts[np.concatenate([cells[name] for name in once if name in cells])] = 1.0
     return counts
 
 

@@ -22,8 +22,8 @@ from mocap_jax import so3
 from mocap_jax.body import Body, retract
 from mocap_jax.estimate.sequence import inertial_residuals, pose_terms, range_terms
 from mocap_jax.estimate.sequence.layout import (
-    CONSTANTS_PER_SENSOR,
     Constants,
+    Corrections,
     Geometry,
     Layout,
     Terms,
@@ -113,8 +113,8 @@ def _apart(layout: Layout, terms: Terms) -> Terms:
 
 def moved_constants(layout: Layout, c: Constants, step: Float[Array, "m"]) -> Constants:
     """Constants after a tangent step, in the order of `constant_values`."""
-    split = CONSTANTS_PER_SENSOR * len(layout.sites)
-    d = step[:split].reshape(-1, CONSTANTS_PER_SENSOR)
+    split = layout.per_sensor * len(layout.sites)
+    d = step[:split].reshape(-1, layout.per_sensor)
     ends = np.cumsum(layout.geometry_sizes)
     length, source, sound, offset = jnp.split(step[split:], ends[:-1])
     g = c.geometry
@@ -129,7 +129,18 @@ def moved_constants(layout: Layout, c: Constants, step: Float[Array, "m"]) -> Co
             g.sound + sound,
             g.range_offset + offset,
         ),
+        corrections=_moved_corrections(layout, c.corrections, d),
     )
+
+
+def _moved_corrections(layout: Layout, c: Corrections, d: Float[Array, "s n"]) -> Corrections:
+    """Corrections after steps of all constants of each sensor."""
+    moved = {
+        f.name: getattr(c, f.name) + d[:, at]
+        for f in dataclasses.fields(c)
+        if (at := layout.sensor_cells[f.name]).stop > at.start
+    }
+    return dataclasses.replace(c, **moved)
 
 
 @partial(StoredProgram, static=("layout",))
@@ -196,7 +207,7 @@ def model_gradient(
     count = -(-t // size)
     padded = np.zeros((count * size + 2 * halo, nv))
     padded[halo : halo + t] = x
-    unused = np.zeros(CONSTANTS_PER_SENSOR * len(layout.sites) + layout.geometry)
+    unused = np.zeros(layout.all_constants)
     out, step_z = np.zeros_like(padded), z if layout.use_border else unused
     out_z = np.zeros_like(step_z)
     for i, arguments in enumerate(chunks):

@@ -58,6 +58,7 @@ class SequenceProblem:
         dtype: np.dtype | None = None,
         refines: bool = False,
         readings: tuple[np.ndarray, np.ndarray] | None = None,
+        mixing: np.ndarray | None = None,
     ) -> None:
         """Args:
         layout: shape of the problem.
@@ -68,6 +69,7 @@ class SequenceProblem:
         dtype: of the traced part; the linear solve is always float64.
         refines: steps need the accuracy of J (a root seen through accelerations alone).
         readings: direct measurements of the constants and their inverse variances, (m,) each.
+        mixing: what these are measurements of (m, m), see `prior_equations`.
         """
         self.refines = refines
         self.frames = terms.force.shape[0]
@@ -79,6 +81,7 @@ class SequenceProblem:
         self.weights = _cast(weights, dtype)
         self.prior_information = np.ravel(prior_information)
         self.readings = readings or (np.zeros(layout.constants), np.zeros(layout.constants))
+        self.mixing = mixing
         self._terms = self._pad(terms)
         self._cuts: list[Terms] | None = None
         self._lower: np.ndarray | None = None
@@ -264,7 +267,7 @@ class SequenceProblem:
         m = self.layout.constants
         if not self.layout.use_border:
             return 0.0, np.zeros(m), np.zeros((m, m))
-        return prior_equations(constants, self.prior_information, self.readings)
+        return prior_equations(constants, self.prior_information, self.readings, self.mixing)
 
     def model(
         self, state: State, x: np.ndarray, z: np.ndarray, *, offset: bool, damping: float = 0.0

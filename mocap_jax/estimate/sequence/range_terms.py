@@ -11,7 +11,7 @@ from jax import Array
 from jaxtyping import Float
 
 from mocap_jax.estimate.sequence.geometry_terms import GeometryInformation
-from mocap_jax.estimate.sequence.layout import CONSTANTS_PER_SENSOR, Layout, Terms, Weights
+from mocap_jax.estimate.sequence.layout import Layout, Terms, Weights
 from mocap_jax.estimate.sequence.window import (
     Window,
     lengths_beneath,
@@ -203,13 +203,14 @@ def border(layout: Layout, x: RangeRows) -> RangeBorder:
         y[:-1] for y in (x.receiver, x.offset, x.residual, x.geometry)
     )
     cross = jnp.einsum("nks,nkp,nkg->spg", receiver, offset, geometry)
+    cells = layout.sensor_cells["offset"]
     return RangeBorder(
         coupling[:, : 3 * s].reshape(n - 1, s, 3, -1),
         jnp.einsum("nks,nkp,nkq->spq", receiver, offset, offset),
         jnp.einsum("nks,nkp,nk->sp", receiver, offset, residual),
         GeometryInformation(
             coupling[:, 3 * s :],
-            jnp.pad(cross, ((0, 0), (CONSTANTS_PER_SENSOR - 3, 0), (0, 0))),
+            jnp.pad(cross, ((0, 0), (cells.start, layout.per_sensor - cells.stop), (0, 0))),
             jnp.einsum("nkg,nkh->gh", geometry, geometry),
             jnp.einsum("nkg,nk->g", geometry, residual),
         ),

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from mocap_jax import so3
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError
+from mocap_jax.estimate.sequence.corrections import correction_fields, slope_terms, walk_of
 from mocap_jax.estimate.sequence.knees import knee_hinges
 from mocap_jax.estimate.sequence.layout import Layout, Terms, UserResidual, Weights
 from mocap_jax.estimate.sequence.variances import Variances, variances
+from mocap_jax.estimate.sequence.walk import Walk
 from mocap_jax.estimate.shared_joints import shared_joints
 from mocap_jax.estimate.whole_sequence_options import ConstantsOptions, OptimiseOptions
 from mocap_jax.initialise import declared_pose
@@ -35,6 +38,8 @@ class Built:
     rest_frames: np.ndarray
     """Frames of the declared rest hold."""
     variances: Variances
+    walk: Walk | None = None
+    """How biases walk; None where they stay."""
 
 
 def build(
@@ -55,10 +60,15 @@ def build(
         options: options of the optimiser.
         root_given: use the measured root pose.
         user_data: per user residual, a pytree of arrays with one row a frame (or None).
+
+    Raises:
+        InputError: no measurement of the kinds chosen, no root pose where it is given, or options
+            of the constants that are not valid.
     """
     knees, knee_data = knee_hinges(body, len(data.time), options)
     user = (*options.user_residuals, *knees)
     layout = _layout(data, body, options, user)
+    walking = walk_of(data, layout.gyroscope_steps, layout.accelerometer_steps)
     step = float(data.step)
     rest = _rest_frames(data, setup)
     reference, reference_information = _references(
@@ -67,10 +77,12 @@ def build(
     force = _forces(data, options)
     rate = de_average(np.asarray(data.gyroscope))
     mean = mean_rate(rate)
-    zero = {
+    more: dict[str, Any] = _ranges(data, setup, layout, step) | {
         f"{name}_information": np.zeros(force.shape[:2])
         for name in ("force", "rate", "orientation")
     }
+    if layout.use_clock_offset:
+        more |= slope_terms(force, rate, step, setup.noise)
     terms = Terms(
         force=np.nan_to_num(force),
         rate=np.nan_to_num(rate),
@@ -84,8 +96,8 @@ def build(
         ),
         user_data=(*_data_of(options.user_residuals, user_data), *knee_data),
         user_mask=tuple(_user_mask(r, len(data.time)) for r in user),
-        **_ranges(data, setup, layout, step),
-        **zero,
+        walk=(walking.at_frames,) if walking else (),
+        **more,
     )
     weights = Weights(
         np.asarray(step),
@@ -94,9 +106,11 @@ def build(
         np.asarray(1.0),
         np.asarray(options.prior.limit_softness),
     )
-    return Built(
-        layout, terms, weights, rest, variances(data, force, mean, setup.noise, options.noise)
-    )
+    variance = variances(data, force, mean, setup.noise, options.noise)
+    if layout.use_clock_offset:
+        # The rate that moves a predicted orientation in time needs a frame on either side.
+        variance["orientation"][0][[0, -1]] = np.inf
+    return Built(layout, terms, weights, rest, variance, walking)
 
 
 def _data_of(residuals: tuple[UserResidual, ...], user_data: tuple) -> tuple:
@@ -128,9 +142,13 @@ def _layout(
             f"no measurement of the kinds '{options.kinds}' in the recording "
             "(A accelerometer, G gyroscope, D distance, O orientation)"
         )
+    corrections = correction_fields(data, c)
     border = bool(data.sites) and any(
-        (c.gyroscope_bias_sigma, c.accelerometer_bias_sigma, c.mounting_sigma, c.offset_sigma)
-    )
+        (
+            c.gyroscope_bias_sigma, c.accelerometer_bias_sigma, c.mounting_sigma, c.offset_sigma,
+            *corrections.values(),
+        )
+    )  # fmt: skip
     range_sites = tuple(int(s) for s in used)
     return Layout(
         topology=body.topology,
@@ -149,6 +167,7 @@ def _layout(
         user=user,
         chunk=options.chunk,
         **(_geometry(data, body, range_sites, c) if border and len(used) else {}),  # type: ignore[arg-type]
+        **(corrections if border else {}),  # type: ignore[arg-type]
     )
 
 
