@@ -6,8 +6,6 @@ anything. Chunks are recomputed in the backward pass, so that memory grows with 
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
@@ -17,7 +15,15 @@ from jaxtyping import Float
 
 from mocap_jax import so3
 from mocap_jax.body import Body, retract
-from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
+from mocap_jax.estimate.sequence.layout import (
+    Constants,
+    Layout,
+    Terms,
+    Weights,
+    by_field,
+    frame_axis,
+    repeats_at_ends,
+)
 from mocap_jax.estimate.sequence.model_gradient import moved_constants, parts
 
 
@@ -91,32 +97,17 @@ def constant_vector(c: Constants) -> Float[Array, "m"]:
     return jnp.concatenate([jnp.ravel(x) for x in ends])
 
 
-def _by_frame(name: str) -> int:
-    """Axis of the frames in a field of `Terms`."""
-    return 1 if name in ("reference", "reference_information") else 0
-
-
 def _padded(terms: Terms, front: int, tail: int) -> Terms:
     def pad(name: str, x: Array) -> Array:
         widths = [(0, 0)] * x.ndim
-        widths[_by_frame(name)] = (front, tail)
-        edge = name in ("reference", "orientation")
-        return jnp.pad(x, widths, mode="edge" if edge else "constant")
+        widths[frame_axis(name)] = (front, tail)
+        return jnp.pad(x, widths, mode="edge" if repeats_at_ends(name) else "constant")
 
-    return _mapped(terms, pad)
+    return by_field(terms, pad)
 
 
 def _cut(terms: Terms, first: Array, length: int) -> Terms:
-    return _mapped(
+    return by_field(
         terms,
-        lambda name, x: jax.lax.dynamic_slice_in_dim(x, first, length, _by_frame(name)),
+        lambda name, x: jax.lax.dynamic_slice_in_dim(x, first, length, frame_axis(name)),
     )
-
-
-def _mapped(terms: Terms, function: Callable[[str, Array], Array]) -> Terms:
-    """A function of (field name, array) on all arrays."""
-    changes = {
-        f.name: jax.tree.map(lambda x, name=f.name: function(name, x), getattr(terms, f.name))
-        for f in dataclasses.fields(Terms)
-    }
-    return Terms(**changes)

@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError, SolveError
-from mocap_jax.estimate.derivatives.implicit import minimum
+from mocap_jax.estimate.derivatives.implicit import TOLERANCE, minimum
 from mocap_jax.estimate.derivatives.objective import Bound, Point, moved
 from mocap_jax.estimate.derivatives.parameters import (
     Figures,
@@ -25,7 +25,7 @@ from mocap_jax.estimate.derivatives.parameters import (
     smoothness_kinds,
     terms_of,
 )
-from mocap_jax.estimate.derivatives.preconditioner import preconditioner
+from mocap_jax.estimate.derivatives.search import search
 from mocap_jax.estimate.sequence.layout import Constants
 from mocap_jax.estimate.sequence.levels import (
     GEOMETRY_KINDS,
@@ -39,8 +39,8 @@ from mocap_jax.estimate.whole_sequence_run import Run
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution
 
-# The last step to the minimum is smaller than this [posterior standard deviations].
-_REACHED = 1e-4
+# The minimum is closer than this [RMS, posterior standard deviations].
+_REACHED = 1e-5
 
 
 @jax.tree_util.register_dataclass
@@ -52,8 +52,8 @@ class Estimate:
     """Poses."""
     constants: Constants
     """Biases, mountings, offsets and geometry."""
-    last_step: Float[Array, ""]
-    """RMS of the last step [posterior standard deviations]: not small where the parameters
+    to_go: Float[Array, ""]
+    """RMS distance to the minimum [posterior standard deviations]: not small where the parameters
     are too far from those of the solution."""
 
 
@@ -76,13 +76,15 @@ class Differentiable:
         self._layout, self._fixed = problem.layout, fixed
         self._weights = problem.weights
         self._sound = jnp.asarray(solution.setup.speed_of_sound)
-        equations, f = problem.factorised(run.state)
-        self._preconditioner = preconditioner(f, equations.border)
-        state = run.state
-        self._point = Point(jnp.asarray(state.q), jax.tree.map(jnp.asarray, state.constants))
-        self._point, size = self._moved(self.parameters)
-        if not float(size) < _REACHED:
-            raise SolveError("the solve stopped away from the minimum; derivatives are undefined")
+        found = search(problem, self._bound(self.parameters), run.state)
+        if not found.size < _REACHED:
+            raise SolveError(
+                f"the minimum was not reached in {found.steps} steps ({found.size:.1e} posterior "
+                f"deviations to go, valid: {_REACHED:.0e}); derivatives are undefined"
+            )
+        self._preconditioner, self._point = found.preconditioner, found.point
+        # Closer than rounding let the search come there is no coming.
+        self._tolerance = max(TOLERANCE, 2 * found.size)
 
     def __call__(self, parameters: Parameters) -> Estimate:
         """Poses and constants for other parameters, near those of the solution.
@@ -94,7 +96,9 @@ class Differentiable:
 
     def _moved(self, parameters: Parameters) -> tuple[Point, Array]:
         bound = self._bound(parameters)
-        step, size = minimum(self._layout, self._preconditioner, bound, self._point)
+        step, size = minimum(
+            self._layout, self._preconditioner, bound, self._point, self._tolerance
+        )
         return moved(self._layout, self._point, step), size
 
     def _bound(self, p: Parameters) -> Bound:
@@ -124,8 +128,10 @@ def differentiable(
         options: see `OptimiseOptions`; float64 only.
 
     Raises:
-        InputError: as `optimise`, or constants whose derivatives are not worked out.
-        SolveError: the solve failed, or the data do not determine every unknown.
+        InputError: as `optimise`, constants whose derivatives are not worked out, or
+            `options.dtype` is single precision.
+        SolveError: the solve failed, the data do not determine every unknown, or the minimum was
+            not reached.
 
     Example:
         estimate = mj.differentiable(recording)
@@ -134,6 +140,11 @@ def differentiable(
         slopes.figures.gyroscope, slopes.measurements.range_distance, slopes.body.site_pos
     """
     _refuse_corrections(options.constants)
+    if options.dtype != "float64":
+        raise InputError(
+            f"options: dtype '{options.dtype}' has too few digits to find the minimum that "
+            "derivatives are taken at; valid: 'float64'"
+        )
     solution, run = solve_sequence(recording, body, initial=initial, options=options)
     if not solution.status.ok:
         raise SolveError(solution.status.value)

@@ -9,7 +9,6 @@ from __future__ import annotations
 from functools import partial
 from typing import NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -25,7 +24,14 @@ from mocap_jax.estimate.sequence import (
 )
 from mocap_jax.estimate.sequence.composite import joint_block, joint_border, joint_gradient
 from mocap_jax.estimate.sequence.geometry_terms import GeometryInformation
-from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
+from mocap_jax.estimate.sequence.layout import (
+    Constants,
+    Layout,
+    Terms,
+    Weights,
+    by_field,
+    frame_axis,
+)
 from mocap_jax.estimate.sequence.window import Window, kinematics, sensor_dofs
 from mocap_jax.stored_programs import StoredProgram
 
@@ -179,12 +185,11 @@ def cut(tree: Terms, layout: Layout, index: int) -> Terms:
 
 def cut_frames(tree: Terms, first: int, last: int) -> Terms:
     """Rows `first` to `last` of all arrays."""
-    fields = {}
-    for name in tree.__dataclass_fields__:
-        by_frame = name not in ("reference", "reference_information")
-        rows = slice(first, last) if by_frame else (slice(None), slice(first, last))
-        fields[name] = jax.tree.map(lambda x, rows=rows: x[rows], getattr(tree, name))
-    return Terms(**fields)
+
+    def rows(name: str, x: Array) -> Array:
+        return x[:, first:last] if frame_axis(name) else x[first:last]
+
+    return by_field(tree, rows)
 
 
 def pad_frames(x: np.ndarray, layout: Layout, chunks: int, axis: int, *, edge: bool) -> np.ndarray:

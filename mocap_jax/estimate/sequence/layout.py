@@ -240,6 +240,25 @@ class Terms:
     """What each step of a walk adds to a bias (see `walk.Walk`), where biases walk."""
 
 
+def frame_axis(name: str) -> int:
+    """Axis of the frames in a field of `Terms`."""
+    return 1 if name in ("reference", "reference_information") else 0
+
+
+def repeats_at_ends(name: str) -> bool:
+    """Whether a field of `Terms` goes on beyond the sequence (rotations); others are zero there."""
+    return name in ("reference", "orientation")
+
+
+def by_field(terms: Terms, function: Callable[[str, Array], Array]) -> Terms:
+    """A function of (field name, array) on all arrays."""
+    changes = {
+        f.name: jax.tree.map(lambda x, name=f.name: function(name, x), getattr(terms, f.name))
+        for f in dataclasses.fields(Terms)
+    }
+    return Terms(**changes)
+
+
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Weights:

@@ -32,7 +32,15 @@ from mocap_jax.estimate.sequence.assemble import (
 from mocap_jax.estimate.sequence.border import Border
 from mocap_jax.estimate.sequence.corner import add_chunk, prior_equations
 from mocap_jax.estimate.sequence.jitter import bending, least_damping
-from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
+from mocap_jax.estimate.sequence.layout import (
+    Constants,
+    Layout,
+    Terms,
+    Weights,
+    by_field,
+    frame_axis,
+    repeats_at_ends,
+)
 from mocap_jax.estimate.sequence.model_gradient import model_gradient, moved_constants
 from mocap_jax.least_squares import Follow, NormalEquations
 
@@ -123,7 +131,7 @@ class SequenceProblem:
     def replace_terms(self, **changes: np.ndarray) -> None:
         """Exchange measurement or information arrays of (t, ...) frames."""
         padded: dict[str, Any] = {
-            name: pad_frames(value, self.layout, self.chunks, _frame_axis(name), edge=False)
+            name: pad_frames(value, self.layout, self.chunks, frame_axis(name), edge=False)
             for name, value in changes.items()
         }
         self._terms = dataclasses.replace(self._terms, **padded)
@@ -135,15 +143,11 @@ class SequenceProblem:
         self.weights = dataclasses.replace(self.weights, **cast)
 
     def _pad(self, terms: Terms) -> Terms:
-        out = {}
-        for field in dataclasses.fields(Terms):
-            edge = field.name in ("reference", "orientation")
-            axis = _frame_axis(field.name)
-            pad = lambda x, axis=axis, edge=edge: pad_frames(  # noqa: E731
-                np.asarray(x), self.layout, self.chunks, axis, edge=edge
-            )
-            out[field.name] = jax.tree.map(pad, getattr(terms, field.name))
-        return Terms(**out)
+        def pad(name: str, x: np.ndarray) -> np.ndarray:
+            edge = repeats_at_ends(name)
+            return pad_frames(np.asarray(x), self.layout, self.chunks, frame_axis(name), edge=edge)
+
+        return by_field(terms, pad)
 
     def _inputs(self, state: State) -> Iterator[tuple]:
         """Arguments of the traced functions, chunk by chunk."""
@@ -292,10 +296,6 @@ class SequenceProblem:
             kind: np.concatenate([np.asarray(p[kind]) for p in parts])[: self.frames]
             for kind in parts[0]
         }
-
-
-def _frame_axis(name: str) -> int:
-    return 1 if name in ("reference", "reference_information") else 0
 
 
 def _cast(tree: Any, dtype: np.dtype) -> Any:
