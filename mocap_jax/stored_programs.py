@@ -104,7 +104,8 @@ class StoredProgram(Generic[T]):
         result = jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype), lowered.out_info)
         if note is None:
             return _Loaded(lowered.compile(), result)
-        text = lowered.as_text() + repr(_surroundings())
+        # The text does not name arguments that are not used; an executable checks them all the same.
+        text = lowered.as_text() + repr((_written(key[2]), _surroundings()))
         path = note.with_name(f"{self._name}-{_digest(text.encode())}.executable")
         call = _read(path, arguments, result) or _compiled_to(path, lowered)
         if path.exists():
@@ -116,13 +117,17 @@ class StoredProgram(Generic[T]):
         folder = jax.config.jax_compilation_cache_dir
         if not folder:
             return None
-        structure = jax.tree.unflatten(tree, [str(k) + str(k.weak_type) for k in kinds])
+        structure = jax.tree.unflatten(tree, _written(kinds))
         about = self.__module__, self._name, static, structure, _source(), _surroundings()
         try:
             text = _plain_pickle(about)
         except Exception:  # not every static argument can be written down (a residual of the user)
             return None
         return Path(folder, f"{self._name}-{_digest(text)}.program")
+
+
+def _written(kinds: Sequence[Any]) -> list[str]:
+    return [f"{k} {k.weak_type}" for k in kinds]
 
 
 def _digest(text: bytes) -> str:

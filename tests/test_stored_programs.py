@@ -116,6 +116,17 @@ def test_damaged_files_are_replaced(folder: Path, damage: bytes | str, suffix: s
     assert len(path.read_bytes()) > len(whole) // 2
 
 
+def test_arguments_that_are_not_used_count(folder: Path) -> None:
+    """They leave no trace in the program, but executables check the shapes of all they are given."""
+
+    def doubled(a: jax.Array, unused: jax.Array) -> jax.Array:
+        return 2 * a
+
+    for shape in ((4, 0), (0, 0), (4, 0)):
+        out = StoredProgram(doubled)(A, np.zeros(shape))
+        np.testing.assert_allclose(out, 2 * A)
+
+
 def test_without_a_folder_programs_stay_in_memory(folder: Path) -> None:
     jax.config.update("jax_compilation_cache_dir", None)
     traces: list[int] = []
