@@ -104,7 +104,7 @@ class StoredProgram(Generic[T]):
         result = jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype), lowered.out_info)
         if note is None:
             return _Loaded(lowered.compile(), result)
-        # The text does not name arguments that are not used; an executable checks them all the same.
+        # The text does not name unused arguments; an executable checks them all the same.
         text = lowered.as_text() + repr((_written(key[2]), _surroundings()))
         path = note.with_name(f"{self._name}-{_digest(text.encode())}.executable")
         call = _read(path, arguments, result) or _compiled_to(path, lowered)

@@ -117,7 +117,7 @@ def test_damaged_files_are_replaced(folder: Path, damage: bytes | str, suffix: s
 
 
 def test_arguments_that_are_not_used_count(folder: Path) -> None:
-    """They leave no trace in the program, but executables check the shapes of all they are given."""
+    """They leave no trace in the program, but executables check the shapes of all arguments."""
 
     def doubled(a: jax.Array, unused: jax.Array) -> jax.Array:
         return 2 * a
