@@ -17,20 +17,27 @@ import pickle
 import platform
 import tempfile
 import threading
+import time
 import types
-from collections.abc import Callable, Sequence
+import weakref
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import jax
 import jaxlib
 from jax.experimental import serialize_executable
+from jax.experimental.compilation_cache import compilation_cache
 
 from mocap_jax.compilation_cache import COMPILER_OPTIONS
 
 T = TypeVar("T")
 
 _KNOWN = {__package__, "builtins", "copyreg", "functools", "jax", "jaxlib", "numpy"}
+# An option without effect: with the same ones, JAX returns what it compiled before.
+_AGAIN: dict[str, bool | str] = {"xla_dump_max_hlo_modules": "1"}
+# Files that were not used for this long are removed [s].
+_KEPT = 90 * 24 * 3600.0
 
 
 class _Loaded(NamedTuple):
@@ -42,7 +49,8 @@ class _Loaded(NamedTuple):
 class _Note(NamedTuple):
     """Which executable a call asks for. Other source may ask for the same one."""
 
-    executable: Path
+    executable: str
+    """Its file, beside the note."""
     result: Any
 
 
@@ -67,6 +75,7 @@ class StoredProgram(Generic[T]):
         )
         self._loaded: dict[Any, _Loaded] = {}
         self._lock = threading.Lock()
+        _programs.add(self)
 
     def __call__(self, *args: Any) -> T:
         """The function's result."""
@@ -87,7 +96,7 @@ class StoredProgram(Generic[T]):
         leaves, tree = jax.tree.flatten(self._traced(args))
         kinds = tuple(jax.api_util.shaped_abstractify(x) for x in leaves)
         static = tuple(args[i] for i in self._static)
-        key = static, tree, kinds, jax.config.jax_enable_x64
+        key = static, tree, kinds, _settings()
         found = self._loaded.get(key)
         if found is None:
             with self._lock:  # another thread may be compiling it
@@ -98,32 +107,47 @@ class StoredProgram(Generic[T]):
     def _load(self, args: Sequence[Any], key: tuple[Any, Any, Any]) -> _Loaded:
         note = self._note(*key)
         arguments = jax.tree.structure((tuple(self._traced(args)), {}))
-        if (known := _note_at(note)) and (call := _read(known.executable, arguments, known.result)):
-            return _Loaded(call, known.result)
+        if note and (known := _note_at(note)):
+            call = _read(note.with_name(known.executable), arguments, known.result)
+            if call:
+                return _Loaded(call, known.result)
         lowered = self._jitted.lower(*args)
         result = jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype), lowered.out_info)
         if note is None:
             return _Loaded(lowered.compile(), result)
         # The text does not name unused arguments; an executable checks them all the same.
-        text = lowered.as_text() + repr((_written(key[2]), _surroundings()))
+        text = lowered.as_text() + repr((_written(key[2]), _settings(), _surroundings()))
         path = note.with_name(f"{self._name}-{_digest(text.encode())}.executable")
         call = _read(path, arguments, result) or _compiled_to(path, lowered)
         if path.exists():
-            _write(note, _Note(path, result))
+            _write(note, _Note(path.name, result))
         return _Loaded(call, result)
 
     def _note(self, static: Any, tree: Any, kinds: Sequence[Any]) -> Path | None:
         """Where it is kept which executable these arguments ask for; None where it cannot be."""
         folder = jax.config.jax_compilation_cache_dir
-        if not folder:
+        if not folder or not jax.config.jax_enable_compilation_cache:
             return None
         structure = jax.tree.unflatten(tree, _written(kinds))
-        about = self.__module__, self._name, static, structure, _source(), _surroundings()
+        function = self.__module__, self._name, _source()
         try:
-            text = _plain_pickle(about)
+            text = _plain_pickle((function, static, structure, _settings(), _surroundings()))
         except Exception:  # not every static argument can be written down (a residual of the user)
             return None
         return Path(folder, f"{self._name}-{_digest(text)}.program")
+
+
+_programs: weakref.WeakSet[StoredProgram] = weakref.WeakSet()
+
+
+def _after_fork() -> None:
+    # A thread that is not in the forked process may have held a lock.
+    for program in _programs:
+        program._lock = threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork)
 
 
 def _written(kinds: Sequence[Any]) -> list[str]:
@@ -168,14 +192,27 @@ def _source() -> str:
     return source.hexdigest()
 
 
+def _device() -> jax.Device:
+    """Where programs run."""
+    chosen = jax.config.jax_default_device
+    return chosen if isinstance(chosen, jax.Device) else jax.local_devices(backend=chosen)[0]
+
+
+def _settings() -> tuple[Any, ...]:
+    """What may change in a process and makes it another program."""
+    device = _device()
+    return (
+        jax.config.jax_enable_x64, jax.config.jax_default_matmul_precision,
+        (device.platform, device.device_kind, device.id, device.client.platform_version),
+    )  # fmt: skip
+
+
 @functools.cache
 def _surroundings() -> tuple[Any, ...]:
     """What an executable depends on beside its program: libraries, processor, options."""
-    flags = ("XLA_FLAGS", "JAX_DEFAULT_MATMUL_PRECISION")
     return (
         jax.__version__, jaxlib.__version__, sorted(COMPILER_OPTIONS.items()),
-        [os.environ.get(f) for f in flags], [(d.platform, d.device_kind) for d in jax.devices()],
-        _processor(),
+        os.environ.get("XLA_FLAGS"), _processor(),
     )  # fmt: skip
 
 
@@ -204,16 +241,30 @@ jax.monitoring.register_event_listener(_count_hits)
 
 
 def _compiled_to(path: Path, lowered: jax.stages.Lowered) -> jax.stages.Compiled:
-    """Compile a program and keep it, unless JAX's own cache had it.
+    """Compile a program and keep it.
 
-    What was loaded once cannot be kept again: XLA leaves out functions that it then misses.
+    What JAX's own cache had cannot be kept: of an executable that was loaded, XLA writes too little
+    to load it again. Then it is compiled once more.
     """
     before = _hits.count
     compiled = lowered.compile()
-    if _hits.count == before:
-        with contextlib.suppress(Exception):  # a program that cannot be written down
-            _write(path, serialize_executable.serialize(compiled)[0])
+    if _hits.count > before:
+        with _without_jax_cache():
+            compiled = lowered.compile(compiler_options=_AGAIN)
+    with contextlib.suppress(Exception):  # a program that cannot be written down
+        _write(path, serialize_executable.serialize(compiled)[0])
     return compiled
+
+
+@contextlib.contextmanager
+def _without_jax_cache() -> Iterator[None]:
+    jax.config.update("jax_enable_compilation_cache", False)
+    compilation_cache.reset_cache()  # JAX asks once whether there is one
+    try:
+        yield
+    finally:
+        jax.config.update("jax_enable_compilation_cache", True)
+        compilation_cache.reset_cache()
 
 
 @functools.cache
@@ -222,10 +273,10 @@ def _ready_to_load() -> None:
     jax.jit(jax.numpy.linalg.cholesky).lower(jax.ShapeDtypeStruct((1, 1), jax.numpy.float32))
 
 
-def _note_at(path: Path | None) -> _Note | None:
+def _note_at(path: Path) -> _Note | None:
     """A note; None if there is none that can be read: absent, cut short, of another version."""
     try:
-        note = pickle.loads(path.read_bytes()) if path else None
+        note = pickle.loads(path.read_bytes())
     except Exception:
         return None
     return note if isinstance(note, _Note) else None
@@ -233,14 +284,22 @@ def _note_at(path: Path | None) -> _Note | None:
 
 def _read(path: Path, arguments: Any, result: Any) -> jax.stages.Compiled | None:
     """A kept executable; None as above, and it is compiled and kept anew."""
+    begin, device = time.perf_counter(), _device()
     try:
         executable = pickle.loads(path.read_bytes())
         _ready_to_load()
-        return serialize_executable.deserialize_and_load(
-            executable, arguments, jax.tree.structure(result)
+        loaded = serialize_executable.deserialize_and_load(
+            executable, arguments, jax.tree.structure(result), device.client, [device]
         )
     except Exception:
         return None
+    finally:
+        # Counted among JAX's own times of compilation.
+        seconds = time.perf_counter() - begin
+        jax.monitoring.record_event_duration_secs("/jax/core/compile/load_duration", seconds)
+    with contextlib.suppress(OSError):
+        os.utime(path)  # see `_remove_unused`
+    return loaded
 
 
 def _write(path: Path, value: object) -> None:
@@ -252,3 +311,12 @@ def _write(path: Path, value: object) -> None:
         whole = Path(folder, path.name)
         whole.write_bytes(pickle.dumps(value))
         os.replace(whole, path)
+        _remove_unused(path.parent)
+
+
+def _remove_unused(folder: Path) -> None:
+    """Executables that no process loaded for long, and notes as old."""
+    for path in (*folder.glob("*.program"), *folder.glob("*.executable")):
+        with contextlib.suppress(OSError):
+            if time.time() - path.stat().st_mtime > _KEPT:
+                path.unlink()

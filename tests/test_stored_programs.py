@@ -18,6 +18,7 @@ from jax.experimental.compilation_cache import compilation_cache
 import mocap_jax as mj
 from mocap_jax import stored_programs
 from mocap_jax.body import load_body
+from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.stored_programs import StoredProgram
 
 
@@ -26,7 +27,7 @@ def folder(tmp_path: Path) -> Iterator[Path]:
     names = "jax_compilation_cache_dir", "jax_persistent_cache_min_compile_time_secs"
     before = [getattr(jax.config, n) for n in names]
     compilation_cache.reset_cache()
-    for name, value in zip(names, (str(tmp_path), 1e3), strict=True):
+    for name, value in zip(names, (str(tmp_path), 0.1), strict=True):
         jax.config.update(name, value)
     yield tmp_path
     for name, value in zip(names, before, strict=True):
@@ -88,18 +89,18 @@ def test_what_changed_is_traced_anew(
     assert len(list(folder.glob("*.executable"))) == executables
 
 
-def test_what_jax_had_on_disk_is_not_kept_again(folder: Path) -> None:
+def test_what_jax_had_on_disk_is_compiled_again(folder: Path) -> None:
     """A loaded executable lacks functions when it is written and loaded again."""
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
-    program = StoredProgram(counted([]), static=("power",))
-    stored_programs._hits.count = 0
-    program._jitted.lower(A, B, 2).compile()
+    StoredProgram(counted([]), static=("power",))._jitted.lower(A, B, 2).compile()
     jax.clear_caches()
+    traces: list[int] = []
     for _ in range(2):
-        out = StoredProgram(counted([]), static=("power",))(A, B, 2)
+        out = StoredProgram(counted(traces), static=("power",))(A, B, 2)
         np.testing.assert_allclose(out["product"], A @ B["x"] ** 2, rtol=1e-14)
-    assert stored_programs._hits.count == 2
-    assert not list(folder.glob("*.executable"))
+    assert len(traces) == 1
+    assert len(list(folder.glob("*.executable"))) == 1
+    assert jax.config.jax_enable_compilation_cache
 
 
 @pytest.mark.parametrize("suffix", ["program", "executable"])
@@ -173,9 +174,57 @@ def test_preparing_tells_the_result(folder: Path) -> None:
     assert len(traces) == 1
 
 
+def test_settings_of_jax_make_other_programs(folder: Path) -> None:
+    program = StoredProgram(counted([]), static=("power",))
+    wide = program(A, B, 2)["product"]
+    with jax.enable_x64(False):
+        narrow = program(A, B, 2)["product"]
+    assert (wide.dtype, narrow.dtype) == (np.float64, np.float32)
+    with jax.default_matmul_precision("highest"):
+        program(A, B, 2)
+    assert len(kept(folder)) == 3
+
+
+def test_jax_can_switch_the_folder_off(folder: Path) -> None:
+    jax.config.update("jax_enable_compilation_cache", False)
+    try:
+        StoredProgram(counted([]), static=("power",))(A, B, 2)
+    finally:
+        jax.config.update("jax_enable_compilation_cache", True)
+    assert not kept(folder)
+
+
+def test_files_long_unused_go(folder: Path) -> None:
+    old = folder / "solve-0.executable"
+    old.touch()
+    os.utime(old, (0, 0))
+    StoredProgram(counted([]), static=("power",))(A, B, 2)
+    assert not old.exists()
+
+
+def test_a_folder_may_move(folder: Path, tmp_path_factory) -> None:
+    traces: list[int] = []
+    StoredProgram(counted(traces), static=("power",))(A, B, 2)
+    moved = tmp_path_factory.mktemp("elsewhere")
+    for file in (*folder.glob("*.program"), *folder.glob("*.executable")):
+        file.rename(moved / file.name)
+    jax.config.update("jax_compilation_cache_dir", str(moved))
+    StoredProgram(counted(traces), static=("power",))(A, B, 2)
+    assert len(traces) == 1
+
+
+def test_loading_counts_as_compilation(folder: Path) -> None:
+    clock = CompileClock()
+    StoredProgram(counted([]), static=("power",))(A, B, 2)
+    with clock:
+        StoredProgram(counted([]), static=("power",))(A, B, 2)
+    assert clock.seconds > 0
+
+
 _LAPACK = """
 import jax, numpy as np
 from mocap_jax.body import load_body
+from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.stored_programs import StoredProgram
 jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_compilation_cache_dir", {folder!r})
@@ -191,6 +240,16 @@ def test_a_new_process_loads_what_calls_lapack(tmp_path: Path) -> None:
     command = [sys.executable, "-c", _LAPACK.format(folder=str(tmp_path))]
     out = [
         subprocess.run(command, check=True, capture_output=True, text=True, env=os.environ).stdout
+        for _ in range(2)
+    ]
+    assert out == ["traced\n[0.5 0.5 0.5]\n", "[0.5 0.5 0.5]\n"]
+
+
+def test_a_machine_with_two_devices_runs_on_one(tmp_path: Path) -> None:
+    flags = os.environ | {"XLA_FLAGS": "--xla_force_host_platform_device_count=2"}
+    command = [sys.executable, "-c", _LAPACK.format(folder=str(tmp_path))]
+    out = [
+        subprocess.run(command, check=True, capture_output=True, text=True, env=flags).stdout
         for _ in range(2)
     ]
     assert out == ["traced\n[0.5 0.5 0.5]\n", "[0.5 0.5 0.5]\n"]
