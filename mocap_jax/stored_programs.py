@@ -9,31 +9,26 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import hashlib
 import inspect
-import io
 import os
 import pickle
-import platform
 import tempfile
 import threading
 import time
-import types
 import weakref
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
 import jax
-import jaxlib
 from jax.experimental import serialize_executable
 from jax.experimental.compilation_cache import compilation_cache
 
+from mocap_jax import program_key
 from mocap_jax.compilation_cache import COMPILER_OPTIONS
 
 T = TypeVar("T")
 
-_KNOWN = {__package__, "builtins", "copyreg", "functools", "jax", "jaxlib", "numpy"}
 # An option without effect: with the same ones, JAX returns what it compiled before.
 _AGAIN: dict[str, bool | str] = {"xla_dump_max_hlo_modules": "1"}
 # Files that were not used for this long are removed [s].
@@ -96,16 +91,16 @@ class StoredProgram(Generic[T]):
         leaves, tree = jax.tree.flatten(self._traced(args))
         kinds = tuple(jax.api_util.shaped_abstractify(x) for x in leaves)
         static = tuple(args[i] for i in self._static)
-        key = static, tree, kinds, _settings()
+        key = static, tree, kinds, program_key.settings()
         found = self._loaded.get(key)
         if found is None:
             with self._lock:  # another thread may be compiling it
-                found = self._loaded.get(key) or self._load(args, (static, tree, kinds))
+                found = self._loaded.get(key) or self._load(args, static, tree, kinds)
                 self._loaded[key] = found
         return found
 
-    def _load(self, args: Sequence[Any], key: tuple[Any, Any, Any]) -> _Loaded:
-        note = self._note(*key)
+    def _load(self, args: Sequence[Any], static: Any, tree: Any, kinds: Sequence[Any]) -> _Loaded:
+        note = self._note(static, tree, kinds)
         arguments = jax.tree.structure((tuple(self._traced(args)), {}))
         if note and (known := _note_at(note)):
             call = _read(note.with_name(known.executable), arguments, known.result)
@@ -115,9 +110,8 @@ class StoredProgram(Generic[T]):
         result = jax.tree.map(lambda x: jax.ShapeDtypeStruct(x.shape, x.dtype), lowered.out_info)
         if note is None:
             return _Loaded(lowered.compile(), result)
-        # The text does not name unused arguments; an executable checks them all the same.
-        text = lowered.as_text() + repr((_written(key[2]), _settings(), _surroundings()))
-        path = note.with_name(f"{self._name}-{_digest(text.encode())}.executable")
+        key = program_key.executable_key(lowered.as_text(), kinds)
+        path = note.with_name(f"{self._name}-{key}.executable")
         call = _read(path, arguments, result) or _compiled_to(path, lowered)
         if path.exists():
             _write(note, _Note(path.name, result))
@@ -128,13 +122,12 @@ class StoredProgram(Generic[T]):
         folder = jax.config.jax_compilation_cache_dir
         if not folder or not jax.config.jax_enable_compilation_cache:
             return None
-        structure = jax.tree.unflatten(tree, _written(kinds))
-        function = self.__module__, self._name, _source()
+        function = self.__module__, self._name
         try:
-            text = _plain_pickle((function, static, structure, _settings(), _surroundings()))
+            key = program_key.call_key(function, static, tree, kinds)
         except Exception:  # not every static argument can be written down (a residual of the user)
             return None
-        return Path(folder, f"{self._name}-{_digest(text)}.program")
+        return Path(folder, f"{self._name}-{key}.program")
 
 
 _programs: weakref.WeakSet[StoredProgram] = weakref.WeakSet()
@@ -148,81 +141,6 @@ def _after_fork() -> None:
 
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_after_fork)
-
-
-def _written(kinds: Sequence[Any]) -> list[str]:
-    return [f"{k} {k.weak_type}" for k in kinds]
-
-
-def _digest(text: bytes) -> str:
-    return hashlib.sha256(text).hexdigest()[:32]
-
-
-class _Pickler(pickle.Pickler):
-    """Bytes that do not depend on which equal parts are the same object.
-
-    Functions and classes are written by name: only those whose source is part of the key, or that
-    belong to the libraries whose versions are, say what they do by it.
-    """
-
-    def __init__(self, file: io.BytesIO) -> None:
-        super().__init__(file, protocol=5)
-        self.fast = True
-
-    def reducer_override(self, value: Any) -> Any:
-        if isinstance(value, (type, types.FunctionType, types.BuiltinFunctionType)):
-            room = (value.__module__ or "").split(".")[0]
-            if room not in _KNOWN:
-                raise pickle.PicklingError(f"{room}: its source is not part of the key")
-        return NotImplemented
-
-
-def _plain_pickle(value: Any) -> bytes:
-    with io.BytesIO() as file:
-        _Pickler(file).dump(value)
-        return file.getvalue()
-
-
-@functools.cache
-def _source() -> str:
-    """Digest of the package's source."""
-    source, folder = hashlib.sha256(), Path(__file__).parent
-    for path in sorted(folder.rglob("*.py")):
-        source.update(str(path.relative_to(folder)).encode() + path.read_bytes())
-    return source.hexdigest()
-
-
-def _device() -> jax.Device:
-    """Where programs run."""
-    chosen = jax.config.jax_default_device
-    return chosen if isinstance(chosen, jax.Device) else jax.local_devices(backend=chosen)[0]
-
-
-def _settings() -> tuple[Any, ...]:
-    """What may change in a process and makes it another program."""
-    device = _device()
-    return (
-        jax.config.jax_enable_x64, jax.config.jax_default_matmul_precision,
-        (device.platform, device.device_kind, device.id, device.client.platform_version),
-    )  # fmt: skip
-
-
-@functools.cache
-def _surroundings() -> tuple[Any, ...]:
-    """What an executable depends on beside its program: libraries, processor, options."""
-    return (
-        jax.__version__, jaxlib.__version__, sorted(COMPILER_OPTIONS.items()),
-        os.environ.get("XLA_FLAGS"), _processor(),
-    )  # fmt: skip
-
-
-def _processor() -> str:
-    """Instructions of this processor: folders of users are shared between machines."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-        return next(x for x in lines if x.startswith(("flags", "Features")))
-    except (OSError, StopIteration):
-        return " ".join(platform.uname()[4:])
 
 
 class _Hits(threading.local):
@@ -284,7 +202,7 @@ def _note_at(path: Path) -> _Note | None:
 
 def _read(path: Path, arguments: Any, result: Any) -> jax.stages.Compiled | None:
     """A kept executable; None as above, and it is compiled and kept anew."""
-    begin, device = time.perf_counter(), _device()
+    begin, device = time.perf_counter(), program_key.device()
     try:
         executable = pickle.loads(path.read_bytes())
         _ready_to_load()

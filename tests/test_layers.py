@@ -11,7 +11,8 @@ PACKAGE = Path(__file__).resolve().parents[1] / "mocap_jax"
 
 LAYERS: tuple[tuple[str, ...], ...] = (
     ("errors", "so3", "compilation_cache"),
-    ("linalg", "stored_programs"),
+    ("linalg", "program_key"),
+    ("stored_programs",),
     ("body",),
     ("trajectory",),
     ("recording",),

@@ -16,7 +16,7 @@ import pytest
 from jax.experimental.compilation_cache import compilation_cache
 
 import mocap_jax as mj
-from mocap_jax import stored_programs
+from mocap_jax import program_key
 from mocap_jax.body import load_body
 from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.stored_programs import StoredProgram
@@ -73,7 +73,7 @@ def test_other_arguments_are_other_programs(folder: Path, arguments: tuple) -> N
 
 
 @pytest.mark.parametrize(
-    ("what", "executables"), [("_source", 1), ("_surroundings", 2)], ids=["source", "surroundings"]
+    ("what", "executables"), [("source", 1), ("surroundings", 2)], ids=["source", "surroundings"]
 )
 def test_what_changed_is_traced_anew(
     folder: Path, monkeypatch, what: str, executables: int
@@ -81,7 +81,7 @@ def test_what_changed_is_traced_anew(
     """Other source may ask for the same executable; other libraries never do."""
     traces: list[int] = []
     StoredProgram(counted(traces), static=("power",))(A, B, 2)
-    monkeypatch.setattr(stored_programs, what, lambda: ("changed",))
+    monkeypatch.setattr(program_key, what, lambda: ("changed",))
     for _ in range(2):
         StoredProgram(counted(traces), static=("power",))(A, B, 2)
     assert len(traces) == 2
