@@ -25,6 +25,7 @@ from mocap_jax.estimate.sequence.levels import (
     initial_levels,
     mostly_wrong,
     prior_counts,
+    prior_from,
     prior_information,
     repeats,
 )
@@ -242,8 +243,8 @@ class Run:
             return {}
         sensors, values = self.data.sensors, constant_values(state.constants)
         found, deviations = calibration(layout, sensors, values, covariance, self.built.walk)
-        declared = self.problem.prior_information / self._counts()
-        prior = _prior_deviations(layout, sensors, declared)
+        once = prior_from(self.levels, layout, np.ones(layout.constants))
+        prior = _prior_deviations(layout, sensors, once)
         return {
             "calibration": found,
             "calibration_std": deviations,

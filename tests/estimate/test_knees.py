@@ -84,3 +84,15 @@ def test_data_of_user_residuals_must_match() -> None:
     recording = record(seconds=0.5)
     with pytest.raises(InputError, match="user_data has 1 entries for 0 user residuals"):
         mj.optimise(recording, initial=mj.ekf(recording), user_data=(None,))
+
+
+@pytest.mark.parametrize("names", [("knees",), ("range",), ("mine", "mine")])
+def test_names_of_user_residuals_are_their_own(names: tuple[str, ...]) -> None:
+    recording = record(seconds=0.5)
+    residuals = tuple(mj.UserResidual(n, lambda body, q, data: q[0, :1]) for n in names)
+    with pytest.raises(InputError, match=f"'{names[0]}': the name is taken"):
+        mj.optimise(
+            recording,
+            initial=mj.ekf(recording),
+            options=mj.OptimiseOptions(user_residuals=residuals),
+        )

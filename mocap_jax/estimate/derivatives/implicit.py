@@ -18,11 +18,13 @@ from jax import Array
 from mocap_jax.estimate.derivatives.newton import advance, begin, gradient, hessian
 from mocap_jax.estimate.derivatives.objective import Bound, Point, Step
 from mocap_jax.estimate.derivatives.preconditioner import Preconditioner
-from mocap_jax.estimate.derivatives.trust_region import descend
+from mocap_jax.estimate.derivatives.trust_region import descend, dot
 from mocap_jax.estimate.sequence.layout import Layout
 
 # Relative residual of the linear solves, and most iterations of one.
 _PRECISION, _PRODUCTS = 1e-10, 80
+# A linear solve that ends with a larger residual is none.
+_ACCEPTED = 1e-6
 # The search for the minimum ends below this RMS distance [posterior standard deviations].
 TOLERANCE = 1e-12
 _STEPS = 20
@@ -92,12 +94,17 @@ def _linear_solve(
     step: Step,
     right: Step,
 ) -> Step:
-    """Solve H x = right with the Hessian at a step; not a number where H is not positive."""
+    """Solve H x = right with the Hessian at a step.
+
+    Not a number where H is not positive, or the solution was not reached: no derivative is better
+    than a wrong one.
+    """
     product = hessian(layout, bound, point, step)
 
     def solve(_: object, y: Step) -> Step:
-        return descend(
-            product, jax.tree.map(jnp.negative, y), preconditioner, jnp.inf, _PRECISION, _PRODUCTS
-        ).step
+        slope = jax.tree.map(jnp.negative, y)
+        found = descend(product, slope, preconditioner, jnp.inf, _PRECISION, _PRODUCTS)
+        reached = found.product <= _ACCEPTED**2 * dot(y, preconditioner.solve(y))
+        return jax.tree.map(lambda x: jnp.where(reached, x, jnp.nan), found.step)
 
     return jax.lax.custom_linear_solve(product, right, solve, symmetric=True)

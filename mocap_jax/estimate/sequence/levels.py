@@ -96,7 +96,7 @@ def prior_information(levels: Levels, built: Built, repeats: float, *, last: boo
 
     Model errors repeat with the motion, so data that have them speak for constants as if there
     were `repeats` times as many: the priors, which constants are weighed against, count as often.
-    (Those of biases do not: a bias differs from what repeats with the motion.) Those of the
+    (Not those of gyroscope biases, which the rest hold shows, and of range offsets.) Those of the
     geometry do in the last round only: before, misfit of a clean recording whose body is wrong must
     be free to go where it belongs, or it would be taken for model errors of its sensors.
     """
@@ -119,7 +119,7 @@ def prior_counts(levels: Levels, built: Built, repeats: float, *, last: bool) ->
     counts = np.repeat(own, layout.per_sensor)
     counts = np.concatenate([counts, np.full(layout.geometry, shared)])
     cells = constant_cells(layout)
-    once = ("gyroscope_bias", "gyroscope_walk", "accelerometer_walk", "range_offset")
+    once = ("gyroscope_bias", "gyroscope_walk", "range_offset")
     counts[np.concatenate([cells[name] for name in once if name in cells])] = 1.0
     return counts
 

@@ -12,7 +12,7 @@ from mocap_jax.body import Body
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.sequence.corrections import correction_fields, slope_terms, walk_of
 from mocap_jax.estimate.sequence.knees import knee_hinges
-from mocap_jax.estimate.sequence.layout import Layout, Terms, UserResidual, Weights
+from mocap_jax.estimate.sequence.layout import KNEES, Layout, Terms, UserResidual, Weights
 from mocap_jax.estimate.sequence.variances import Variances, variances
 from mocap_jax.estimate.sequence.walk import Walk
 from mocap_jax.estimate.shared_joints import shared_joints
@@ -66,6 +66,7 @@ def build(
             of the constants that are not valid.
     """
     knees, knee_data = knee_hinges(body, len(data.time), options)
+    _check_names(options.user_residuals)
     user = (*options.user_residuals, *knees)
     layout = _layout(data, body, options, user)
     walking = walk_of(data, layout.gyroscope_steps, layout.accelerometer_steps)
@@ -111,6 +112,21 @@ def build(
         # The rate that moves a predicted orientation in time needs a frame on either side.
         variance["orientation"][0][[0, -1]] = np.inf
     return Built(layout, terms, weights, rest, variance, walking)
+
+
+# Names under which other residuals of a pose count.
+_TAKEN = {KNEES, "accelerometer", "gyroscope", "orientation", "range", "reference", "limits",
+          "smoothness"}  # fmt: skip
+
+
+def _check_names(residuals: tuple[UserResidual, ...]) -> None:
+    names = [r.name for r in residuals]
+    for name in names:
+        if name in _TAKEN or names.count(name) > 1:
+            raise InputError(
+                f"user residual '{name}': the name is taken; every one needs a name of its own, "
+                f"none of {', '.join(sorted(_TAKEN))}"
+            )
 
 
 def _data_of(residuals: tuple[UserResidual, ...], user_data: tuple) -> tuple:
