@@ -8,9 +8,12 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, wait
+from concurrent.futures import Future
 
 from mocap_jax.estimate import compile_clock
+
+# Between looks at whether a job is done [s].
+_PAUSE = 0.005
 
 
 class _Queue:
@@ -84,5 +87,8 @@ def compile_once(key: object, *jobs: Callable[[], object]) -> list[Future[None]]
 def wait_for(jobs: Sequence[Future[None]]) -> None:
     """Return when jobs are done; the time counts as compilation."""
     begin = time.perf_counter()
-    wait(jobs)
+    # `concurrent.futures.wait` takes the locks of all jobs; interrupted there, it keeps some, and
+    # the thread that would finish a job waits for them for ever.
+    while not all(job.done() for job in jobs):
+        time.sleep(_PAUSE)
     compile_clock.add(time.perf_counter() - begin)
