@@ -66,6 +66,11 @@ if TYPE_CHECKING:
     from mocap_jax.placement import PlacementOptions as PlacementOptions
     from mocap_jax.placement import PlacementStudy as PlacementStudy
     from mocap_jax.placement import place as place
+    from mocap_jax.pose_prior import PosePrior as PosePrior
+    from mocap_jax.pose_prior import default_pose_prior as default_pose_prior
+    from mocap_jax.pose_prior import learn_pose_prior as learn_pose_prior
+    from mocap_jax.pose_prior import load_pose_prior as load_pose_prior
+    from mocap_jax.pose_prior import save_pose_prior as save_pose_prior
     from mocap_jax.recording import Recording as Recording
     from mocap_jax.recording import Setup as Setup
     from mocap_jax.report import write_animation as write_animation
@@ -97,6 +102,10 @@ _HOME = {
         "retarget", "retarget_errors", "segment_lengths", "with_segment_lengths",
     ),
     "placement": ("PlacementOptions", "PlacementStudy", "place"),
+    "pose_prior": (
+        "PosePrior", "default_pose_prior", "learn_pose_prior", "load_pose_prior",
+        "save_pose_prior",
+    ),
     "recording": ("Recording", "Setup"),
     "report": ("write_animation", "write_report"),
     "simulation": ("SimulationOptions", "simulate"),

@@ -19,7 +19,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("solution",),
     ("least_squares", "kalman", "motion"),
     ("io", "measurement", "metrics"),
-    ("residuals", "simulation"),
+    ("residuals", "simulation", "pose_prior"),
     ("initialise",),
     ("estimate",),
     ("placement",),
