@@ -149,6 +149,9 @@ class PriorOptions:
     """How far the knee of a body with ball joints there is from a hinge [rad]: standard deviation
     of the rotation about each axis other than flexion (Lafortune et al. 1992: a few degrees);
     0 = off. Bodies whose knees are hinges have no such rotation."""
+    share_sigma: float = 0.1
+    """How unevenly joints of the trunk, and of the neck, share the rotation that the pose prior
+    knows of them together [rad]: 3 to 10 degrees in CMU motion. Counts only with a pose prior."""
     skin_sigma: float = 0.0
     """How far boards move on their segments, per axis [m] (Leardini et al. 2005: millimetres to
     centimetres); 0 = off. With it, displacements are unknowns of every frame: such errors of

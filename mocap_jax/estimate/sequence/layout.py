@@ -272,7 +272,7 @@ class Gaussian(NamedTuple):
     parent_mean: Float[Array, "j 3 3"]
     """Where that frame is in the parent segment at the mean rotation."""
     whitening: Float[Array, "3j 3j"]
-    """Inverse of the covariance's Cholesky factor [1/rad]."""
+    """Inverse of the covariance's Cholesky factor [1/rad], and unevenness of joints that share."""
 
 
 NO_PRIOR = Gaussian(np.zeros((0, 3, 3)), np.zeros((0, 3, 3)), np.zeros((0, 0)))

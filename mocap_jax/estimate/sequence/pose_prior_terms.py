@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jaxtyping import Float
+from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from mocap_jax import so3
@@ -20,6 +21,7 @@ from mocap_jax.estimate.sequence.layout import Gaussian, Layout, Terms, Weights
 from mocap_jax.estimate.sequence.window import Window
 from mocap_jax.pose_prior import PosePrior
 from mocap_jax.pose_prior.rotations import segment_pairs
+from mocap_jax.pose_prior.shares import sharing_joints, unevenness
 from mocap_jax.residuals.pose_prior import pose_prior_rotation
 from mocap_jax.solution.anatomy import anatomical_frames
 
@@ -36,23 +38,31 @@ class OnBody(NamedTuple):
     """[s]"""
 
 
-def on_body(body: Body, prior: PosePrior | None) -> OnBody | None:
-    """The prior of the joints that a body has; None without a prior or any such joint."""
+def on_body(body: Body, prior: PosePrior | None, share_sigma: float) -> OnBody | None:
+    """The prior of the joints that a body has; None without a prior or any such joint.
+
+    Args:
+        body: the body.
+        prior: over joints by name.
+        share_sigma: how unevenly joints share what the prior knows of them together [rad].
+    """
     own = None if prior is None else prior.of_segments(body.topology.body_names)
     if own is None or not own.joints:
         return None
-    index = segment_pairs(body, own.joints)
-    frames = anatomical_frames(body)
-    child, parent = index.T
-    mean = Rotation.from_quat(own.mean, scalar_first=True).as_matrix()
-    gaussian = Gaussian(
-        frames[child], frames[parent] @ mean,
+    known = tuple((int(c), int(p)) for c, p in segment_pairs(body, own.joints))
+    chains = sharing_joints(body.topology, known)
+    joints = known + tuple(pair for chain in chains for pair in chain)
+    frames, (child, parent) = anatomical_frames(body), np.array(joints).T
+    mean = np.tile(np.eye(3), (len(joints), 1, 1))
+    mean[: len(known)] = Rotation.from_quat(own.mean, scalar_first=True).as_matrix()
+    whitening = block_diag(
         np.linalg.inv(np.linalg.cholesky(own.covariance)),
-    )  # fmt: skip
-    joints = tuple((int(c), int(p)) for c, p in index)
-    return OnBody(
-        joints, gaussian, np.asarray(between(body, joints).any(axis=0)), own.correlation_time
+        *(unevenness(len(chain), share_sigma) for chain in chains),
     )
+    return OnBody(
+        joints, Gaussian(frames[child], frames[parent] @ mean, whitening),
+        np.asarray(between(body, joints).any(axis=0)), own.correlation_time,
+    )  # fmt: skip
 
 
 def between(body: Body, joints: tuple[tuple[int, int], ...]) -> np.ndarray:

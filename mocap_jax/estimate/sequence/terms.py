@@ -73,7 +73,7 @@ def build(
     knees, knee_data = knee_hinges(body, len(data.time), options)
     _check_names(options.user_residuals)
     user = (*options.user_residuals, *knees)
-    usual = on_body(body, options.pose_prior)
+    usual = on_body(body, options.pose_prior, options.prior.share_sigma)
     layout = _layout(data, body, options, user, usual)
     walking = walk_of(data, layout.gyroscope_steps, layout.accelerometer_steps)
     step = float(data.step)
