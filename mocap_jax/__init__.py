@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from mocap_jax.metrics import nis as nis
     from mocap_jax.motion import BUILTIN_MOTIONS as BUILTIN_MOTIONS
     from mocap_jax.motion import Motion as Motion
+    from mocap_jax.motion import ball_jointed as ball_jointed
     from mocap_jax.motion import builtin_motion as builtin_motion
     from mocap_jax.motion import human as human
     from mocap_jax.motion import human_like as human_like
@@ -98,8 +99,8 @@ _HOME = {
     ),
     "metrics": ("chi_square_band", "coverage", "evaluate", "joint_consistency", "nees", "nis"),
     "motion": (
-        "BUILTIN_MOTIONS", "Motion", "builtin_motion", "human", "human_like", "load_motion",
-        "retarget", "retarget_errors", "segment_lengths", "with_segment_lengths",
+        "BUILTIN_MOTIONS", "Motion", "ball_jointed", "builtin_motion", "human", "human_like",
+        "load_motion", "retarget", "retarget_errors", "segment_lengths", "with_segment_lengths",
     ),
     "placement": ("PlacementOptions", "PlacementStudy", "place"),
     "pose_prior": (
