@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import differentiable_ekf as differentiable_ekf
     from mocap_jax.estimate import ekf as ekf
     from mocap_jax.estimate import optimise as optimise
+    from mocap_jax.estimate import sparse_options as sparse_options
     from mocap_jax.initialise import SensorCheck as SensorCheck
     from mocap_jax.initialise import check_sensors as check_sensors
     from mocap_jax.io import export_motion as export_motion
@@ -91,7 +92,7 @@ _HOME = {
     "estimate": (
         "ConstantsOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions", "PriorOptions",
         "UserResidual", "check_residual", "differentiable", "differentiable_ekf", "ekf",
-        "optimise",
+        "optimise", "sparse_options",
     ),
     "initialise": ("SensorCheck", "check_sensors"),
     "io": (

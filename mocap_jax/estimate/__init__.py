@@ -5,6 +5,7 @@ from mocap_jax.estimate.derivatives import differentiable, differentiable_ekf
 from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.sequence.layout import UserResidual
+from mocap_jax.estimate.sparse_options import sparse_options
 from mocap_jax.estimate.whole_sequence import optimise
 from mocap_jax.estimate.whole_sequence_options import (
     ConstantsOptions,
@@ -16,5 +17,5 @@ from mocap_jax.estimate.whole_sequence_options import (
 __all__ = [
     "ConstantsOptions", "DerivativeReport", "EkfOptions", "NoiseOptions", "OptimiseOptions",
     "PriorOptions", "UserResidual", "check_residual", "differentiable", "differentiable_ekf", "ekf",
-    "optimise",
+    "optimise", "sparse_options",
 ]  # fmt: skip
