@@ -1,0 +1,219 @@
+"""One frame of the orientation pass: the pose whose sensors are turned as measured.
+
+    E(q) = sum over sensors of w_s |log(R_measured^T R_predicted(q))|^2 + sum |extra(q)|^2
+
+is minimised over the coordinates that follow no others, within their ranges, by Levenberg-Marquardt
+with an active set: coordinates at a limit that the gradient presses against it are held there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import Bool, Float, Int
+
+from mocap_jax import so3
+from mocap_jax.body import Body, Piecewise, Topology, couplings, frames, retract, site_jacobians
+from mocap_jax.body import sites_on_frames as on_frames
+
+ExtraResidual = Callable[[Body, Array], Array]
+"""`f(body, q) -> (m,)`, whitened: a prior on poses, a limit penalty, ..."""
+
+_SMALLEST, _LARGEST = 1e-9, 1e8
+# Relative to the largest curvature: holds what nothing determines where it was.
+_FLOOR = 1e-9
+
+
+@dataclass(frozen=True)
+class Follower:
+    """A coordinate that follows another: places in v and q of both, and the function."""
+
+    dof: int
+    coordinate: int
+    leader_dof: int
+    leader_coordinate: int
+    function: Piecewise
+
+
+@dataclass(frozen=True)
+class FrameProblem:
+    """What is the same for all frames and decides the shape of the program; hashable."""
+
+    topology: Topology
+    sites: tuple[int, ...]
+    free: tuple[int, ...]
+    """Degrees of freedom that follow no others."""
+    followers: tuple[Follower, ...]
+    extras: tuple[ExtraResidual, ...]
+    iterations: int
+    tolerance: float
+
+
+class FrameFit(NamedTuple):
+    """Result for one frame."""
+
+    q: Float[Array, "nq"]
+    error: Float[Array, "s 3"]
+    """Rotation vectors from measured to predicted sensors, in the measured frame [rad]."""
+    cost: Float[Array, ""]
+    """E."""
+    iterations: Int[Array, ""]
+    converged: Bool[Array, ""]
+
+
+class _State(NamedTuple):
+    q: Array
+    residual: Array
+    jacobian: Array
+    damping: Array
+    count: Array
+    done: Array
+
+
+def frame_problem(
+    body: Body, sites: tuple[int, ...], extras: tuple[ExtraResidual, ...], iterations: int,
+    tolerance: float,
+) -> FrameProblem:  # fmt: skip
+    """Describe the problem of a body whose sensors sit on the given sites."""
+    topology = body.topology
+    followers = []
+    for c in couplings(body):
+        j, leader = topology.joint_index(c.joint), topology.joint_index(c.leader)
+        at = [int(topology.joint_dof[j]), int(topology.joint_qpos[j])]
+        at += [int(topology.joint_dof[leader]), int(topology.joint_qpos[leader])]
+        followers.append(Follower(*at, c.function))
+    following = {f.dof for f in followers}
+    free = tuple(i for i in range(topology.nv) if i not in following)
+    return FrameProblem(topology, sites, free, tuple(followers), extras, iterations, tolerance)
+
+
+def bounds(body: Body, problem: FrameProblem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(place in q, lower, upper limit) of each free degree of freedom; unlimited for quaternions.
+
+    The place of a degree of freedom that is no plain coordinate is -1.
+    """
+    topology = body.topology
+    in_q, in_v = topology.scalar_index
+    place = dict(zip(in_v.tolist(), in_q.tolist(), strict=True))
+    low, high = np.full(topology.nv, -np.inf), np.full(topology.nv, np.inf)
+    for j, kind in enumerate(topology.joint_types):
+        if kind in ("hinge", "slide"):
+            low[topology.joint_dof[j]], high[topology.joint_dof[j]] = np.asarray(body.joint_range)[j]
+    free = np.array(problem.free, int)
+    return np.array([place.get(i, -1) for i in problem.free]), low[free], high[free]
+
+
+def solve_frame(
+    problem: FrameProblem, limits: tuple[Array, Array, Array], body: Body,
+    weight: Float[Array, "s"], start: Float[Array, "nq"], R_world_sensor: Float[Array, "s 3 3"],
+) -> FrameFit:  # fmt: skip
+    """Fit one frame.
+
+    Args:
+        problem: see `FrameProblem`.
+        limits: of `bounds`, or infinite ones.
+        body: its sites carry the sensors.
+        weight: of the squared error of each sensor [1/rad^2]; zero where it measured nothing.
+        start: pose to start from.
+        R_world_sensor: measured orientations; anything finite where the weight is zero.
+    """
+    place, low, high = limits
+    bounded = place >= 0
+
+    def evaluate(q: Array) -> tuple[Array, Array]:
+        return _linearised(problem, body, weight, q, R_world_sensor)
+
+    def coordinates(q: Array) -> Array:
+        return jnp.where(bounded, q[jnp.maximum(place, 0)], 0.0)
+
+    def step(state: _State) -> _State:
+        x = coordinates(state.q)
+        gradient = state.jacobian.T @ state.residual
+        held = bounded & (((x <= low) & (gradient > 0)) | ((x >= high) & (gradient < 0)))
+        delta = _damped_step(state, gradient, held)
+        delta = jnp.where(bounded, jnp.clip(x + delta, low, high) - x, delta)
+        q = follow_leaders(problem, _retract_free(problem, state.q, delta))
+        residual, jacobian = evaluate(q)
+        better = residual @ residual <= state.residual @ state.residual
+        small = jnp.abs(delta).max() < problem.tolerance
+        damping = jnp.clip(state.damping * jnp.where(better, 0.1, 10.0), _SMALLEST, _LARGEST)
+        keep = lambda new, old: jnp.where(better, new, old)  # noqa: E731
+        return _State(
+            keep(q, state.q), keep(residual, state.residual), keep(jacobian, state.jacobian),
+            damping, state.count + 1, small | (damping >= _LARGEST),
+        )  # fmt: skip
+
+    inside = jnp.where(bounded, jnp.clip(coordinates(start), low, high), 0.0)
+    # Places of no plain coordinate point past the end, and nothing is written there.
+    q = start.at[jnp.where(bounded, place, start.size)].set(inside, mode="drop")
+    q = follow_leaders(problem, q)
+    first = _State(q, *evaluate(q), jnp.asarray(1e-4, q.dtype), jnp.asarray(0), jnp.asarray(False))
+    last = jax.lax.while_loop(lambda s: ~s.done & (s.count < problem.iterations), step, first)
+    error = _errors(problem, body, last.q, R_world_sensor)[0]
+    return FrameFit(last.q, error, last.residual @ last.residual, last.count, last.done)
+
+
+def follow_leaders(problem: FrameProblem, q: Float[Array, "nq"]) -> Float[Array, "nq"]:
+    """The pose with all following coordinates at their functions' values."""
+    for f in problem.followers:
+        q = q.at[f.coordinate].set(f.function.at(q[f.leader_coordinate]))
+    return q
+
+
+def _retract_free(problem: FrameProblem, q: Array, delta: Array) -> Array:
+    full = jnp.zeros(problem.topology.nv, q.dtype).at[np.array(problem.free, int)].set(delta)
+    return retract(problem.topology, q, full)
+
+
+def _damped_step(state: _State, gradient: Array, held: Array) -> Array:
+    """Levenberg-Marquardt step of the coordinates that are not held; zero of the others."""
+    H = state.jacobian.T @ state.jacobian
+    moves = (~held).astype(H.dtype)
+    H = H * moves[:, None] * moves
+    diagonal = jnp.diagonal(H)
+    floor = _FLOOR * diagonal.max() + jnp.finfo(H.dtype).tiny
+    H = H + jnp.diag(state.damping * diagonal + floor + (1.0 - moves) * diagonal.max())
+    return -jax.scipy.linalg.solve(H, gradient * moves, assume_a="pos")
+
+
+def _linearised(
+    problem: FrameProblem, body: Body, weight: Array, q: Array, R_measured: Array
+) -> tuple[Array, Array]:
+    """Whitened residuals (m,) and their derivatives by the free degrees of freedom (m, n)."""
+    error, J = _errors(problem, body, q, R_measured)
+    root = jnp.sqrt(weight)[:, None]
+    residuals = [(root * error).ravel()]
+    jacobians = [(root[..., None] * J).reshape(-1, problem.topology.nv)]
+    zero = jnp.zeros(problem.topology.nv, q.dtype)
+    for extra in problem.extras:
+        moved = lambda d, f=extra: f(body, retract(problem.topology, q, d))  # noqa: E731
+        residuals.append(moved(zero))
+        jacobians.append(jax.jacfwd(moved)(zero))
+    full = jnp.concatenate(jacobians)
+    for f in reversed(problem.followers):
+        slope = jax.grad(f.function.at)(q[f.leader_coordinate])
+        full = full.at[:, f.leader_dof].add(slope * full[:, f.dof])
+    return jnp.concatenate(residuals), full[:, np.array(problem.free, int)]
+
+
+def _errors(
+    problem: FrameProblem, body: Body, q: Array, R_measured: Array
+) -> tuple[Float[Array, "s 3"], Float[Array, "s 3 nv"]]:
+    """Errors of the sensors and their derivatives by all degrees of freedom.
+
+    Turning the sensor by the world vector u changes log(R_m^T R_p) by Jr^-1 R_p^T u.
+    """
+    sites = np.array(problem.sites, int)
+    f = frames(body, q)
+    rotation, position = on_frames(body, f)
+    R_predicted = rotation[sites]
+    error = so3.log(so3.matmul3(jnp.swapaxes(R_measured, -1, -2), R_predicted))
+    _, angular = site_jacobians(body, f, position, sites)
+    chain = so3.matmul3(so3.right_jacobian_inverse(error), jnp.swapaxes(R_predicted, -1, -2))
+    return error, jnp.einsum("sij,snj->sin", chain, angular)
