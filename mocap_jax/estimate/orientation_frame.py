@@ -25,7 +25,8 @@ from mocap_jax.body import sites_on_frames as on_frames
 ExtraResidual = Callable[[Body, Array], Array]
 """`f(body, q) -> (m,)`, whitened: a prior on poses, a limit penalty, ..."""
 
-_SMALLEST, _LARGEST = 1e-9, 1e8
+# Damping, relative to the diagonal: smallest, at first, largest (no step helps any more).
+_SMALLEST, _START, _LARGEST = 1e-9, 1e-6, 1e8
 # Relative to the largest curvature: holds what nothing determines where it was.
 _FLOOR = 1e-9
 
@@ -60,7 +61,8 @@ class FrameFit(NamedTuple):
 
     q: Float[Array, "nq"]
     error: Float[Array, "s 3"]
-    """Rotation vectors from measured to predicted sensors, in the measured frame [rad]."""
+    """Rotation vectors from measured to predicted sensors, in the measured frame [rad]; zero for
+    those of no weight."""
     cost: Float[Array, ""]
     """E."""
     iterations: Int[Array, ""]
@@ -153,9 +155,10 @@ def solve_frame(
     # Places of no plain coordinate point past the end, and nothing is written there.
     q = start.at[jnp.where(bounded, place, start.size)].set(inside, mode="drop")
     q = follow_leaders(problem, q)
-    first = _State(q, *evaluate(q), jnp.asarray(1e-4, q.dtype), jnp.asarray(0), jnp.asarray(False))
+    first = _State(q, *evaluate(q), jnp.asarray(_START, q.dtype), jnp.asarray(0), jnp.asarray(False))
     last = jax.lax.while_loop(lambda s: ~s.done & (s.count < problem.iterations), step, first)
-    error = _errors(problem, body, last.q, R_world_sensor)[0]
+    root = jnp.sqrt(weight)[:, None]
+    error = last.residual[: 3 * weight.size].reshape(-1, 3) / jnp.where(root > 0, root, 1.0)
     return FrameFit(last.q, error, last.residual @ last.residual, last.count, last.done)
 
 

@@ -32,7 +32,7 @@ class OrientationPassOptions:
     identity."""
     iterations: int = 60
     """Most steps a frame."""
-    tolerance: float = 1e-7
+    tolerance: float = 1e-6
     """A frame has converged when no coordinate moves by more [rad, m]."""
 
     def check(self, sensors: tuple[str, ...]) -> None:

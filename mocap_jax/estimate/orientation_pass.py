@@ -29,6 +29,7 @@ from mocap_jax.estimate.orientation_options import OrientationPassOptions
 from mocap_jax.measurement import FrameData, gather
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution, Status
+from mocap_jax.stored_programs import StoredProgram
 from mocap_jax.trajectory import Trajectory
 
 METHOD = "orientation_pass"
@@ -163,8 +164,11 @@ def _chunks(solve, size: int, bar: tqdm | None, carry: np.ndarray | None, *array
     return jax.tree.map(lambda *parts: np.concatenate(parts), *pieces)
 
 
-@partial(jax.jit, static_argnums=0)
-def _along(problem: FrameProblem, fixed: tuple, start, weight, R_world_sensor) -> FrameFit:
+@partial(StoredProgram, static=("problem",))
+def _along(
+    problem: FrameProblem, fixed: tuple, start: jax.Array, weight: jax.Array,
+    R_world_sensor: jax.Array,
+) -> FrameFit:  # fmt: skip
     """Frames one after the other, each from the last."""
     limits, body = fixed
 
@@ -175,8 +179,11 @@ def _along(problem: FrameProblem, fixed: tuple, start, weight, R_world_sensor) -
     return jax.lax.scan(one, start, (weight, R_world_sensor))[1]
 
 
-@partial(jax.jit, static_argnums=0)
-def _at_once(problem: FrameProblem, fixed: tuple, start, weight, R_world_sensor) -> FrameFit:
+@partial(StoredProgram, static=("problem",))
+def _at_once(
+    problem: FrameProblem, fixed: tuple, start: jax.Array, weight: jax.Array,
+    R_world_sensor: jax.Array,
+) -> FrameFit:  # fmt: skip
     """All frames side by side, each from its own start."""
     limits, body = fixed
     one = lambda w, q, R: solve_frame(problem, limits, body, w, q, R)  # noqa: E731

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import os
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -11,6 +13,26 @@ from scipy.spatial.transform import Rotation
 
 PREFIX = "MT_012005D6_009-001"
 RATE_HZ = 100.0
+
+
+def folder() -> Path | None:
+    """Where the example is; None where it is not."""
+    root = Path(__file__).resolve().parents[2]
+    shared = Path(os.environ.get("MOCAP_JAX_DATA", root.parent / "shared" / "data"))
+    found = shared / "opensense_walking"
+    return found if found.is_dir() else None
+
+
+def cut(recording, start: float, end: float):
+    """The recording between two times, both included."""
+    streams = {}
+    for name, stream in recording.inertial.items():
+        inside = (stream.time >= start - 1e-9) & (stream.time <= end + 1e-9)
+        streams[name] = dataclasses.replace(
+            stream,
+            **{f.name: getattr(stream, f.name)[inside] for f in dataclasses.fields(stream)},
+        )
+    return dataclasses.replace(recording, inertial=streams)
 
 
 def mapping(folder: Path) -> dict[str, str]:

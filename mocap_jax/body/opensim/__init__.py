@@ -1,7 +1,13 @@
 """OpenSim models (`.osim`): their kinematics as MJCF."""
 
 from mocap_jax.body.opensim.cardan import CardanJoint, cardan_joints
-from mocap_jax.body.opensim.mjcf import PIVOT_PREFIX, R_WORLD_GROUND, WELDED, opensim_mjcf
+from mocap_jax.body.opensim.mjcf import (
+    MODEL,
+    PIVOT_PREFIX,
+    R_WORLD_GROUND,
+    WELDED,
+    opensim_mjcf,
+)
 from mocap_jax.body.opensim.pose import (
     OpensimCoordinates,
     coordinates_from_poses,
@@ -9,6 +15,6 @@ from mocap_jax.body.opensim.pose import (
 )
 
 __all__ = [
-    "PIVOT_PREFIX", "R_WORLD_GROUND", "WELDED", "CardanJoint", "OpensimCoordinates",
+    "MODEL", "PIVOT_PREFIX", "R_WORLD_GROUND", "WELDED", "CardanJoint", "OpensimCoordinates",
     "cardan_joints", "coordinates_from_poses", "opensim_mjcf", "pose_from_coordinates",
 ]  # fmt: skip

@@ -23,6 +23,8 @@ from mocap_jax.errors import InputError
 R_WORLD_GROUND = Rotation.from_matrix([[1, 0, 0], [0, 0, -1], [0, 1, 0]])
 PIVOT_PREFIX = "opensim/pivot_error/"
 """Of the MJCF's custom numbers: largest and root-mean-square error of a pivot [m], by joint."""
+MODEL = "opensim/model"
+"""The MJCF's custom text that names the OpenSim model it was made from."""
 WELDED = "opensim/welded"
 """The MJCF's custom text that lists the bodies held in their default pose."""
 # Bodies lighter than this [kg] get this mass, which MuJoCo asks for.
@@ -51,6 +53,7 @@ def opensim_mjcf(text: str, name: str) -> str:
                rgba="0.75 0.68 0.62 1")  # fmt: skip
     elements = {GROUND: SubElement(root, "worldbody")}
     custom = Element("custom")
+    SubElement(custom, "text", name=MODEL, data=model.name)
     welded = []
     for joint in joints:
         element = SubElement(elements[joint.parent.body], "body", name=joint.child.body)
@@ -66,8 +69,7 @@ def opensim_mjcf(text: str, name: str) -> str:
     add_shapes(elements, model, joints)
     if welded:
         SubElement(custom, "text", name=WELDED, data=" ".join(welded))
-    if len(custom):
-        root.append(custom)
+    root.append(custom)
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode")
 

@@ -11,8 +11,16 @@ from mocap_jax import so3
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.sequence.corrections import correction_fields, slope_terms, walk_of
+from mocap_jax.estimate.sequence.coupled import coupled_coordinates
 from mocap_jax.estimate.sequence.knees import knee_hinges
-from mocap_jax.estimate.sequence.layout import KNEES, Layout, Terms, UserResidual, Weights
+from mocap_jax.estimate.sequence.layout import (
+    COUPLINGS,
+    KNEES,
+    Layout,
+    Terms,
+    UserResidual,
+    Weights,
+)
 from mocap_jax.estimate.sequence.variances import Variances, variances
 from mocap_jax.estimate.sequence.walk import Walk
 from mocap_jax.estimate.shared_joints import shared_joints
@@ -66,8 +74,9 @@ def build(
             of the constants that are not valid.
     """
     knees, knee_data = knee_hinges(body, len(data.time), options)
+    coupled, coupled_data = coupled_coordinates(body, len(data.time))
     _check_names(options.user_residuals)
-    user = (*options.user_residuals, *knees)
+    user = (*options.user_residuals, *knees, *coupled)
     layout = _layout(data, body, options, user)
     walking = walk_of(data, layout.gyroscope_steps, layout.accelerometer_steps)
     step = float(data.step)
@@ -95,7 +104,7 @@ def build(
         limit_information=np.full(
             len(data.time), step / options.prior.limit_sigma**2 if options.prior.limits else 0.0
         ),
-        user_data=(*_data_of(options.user_residuals, user_data), *knee_data),
+        user_data=(*_data_of(options.user_residuals, user_data), *knee_data, *coupled_data),
         user_mask=tuple(_user_mask(r, len(data.time)) for r in user),
         walk=(walking.at_frames,) if walking else (),
         **more,
@@ -115,7 +124,7 @@ def build(
 
 
 # Names under which other residuals of a pose count.
-_TAKEN = {KNEES, "accelerometer", "gyroscope", "orientation", "range", "reference", "limits",
+_TAKEN = {COUPLINGS, KNEES, "accelerometer", "gyroscope", "orientation", "range", "reference", "limits",
           "smoothness"}  # fmt: skip
 
 
