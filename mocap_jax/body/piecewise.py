@@ -61,9 +61,7 @@ def straight(constant: float, slope: float = 0.0) -> Piecewise:
     return Piecewise((), (0.0,), ((constant, slope),))
 
 
-def pieced(
-    breaks: Float[np.ndarray, "n"], coefficients: Float[np.ndarray, "n-1 k"]
-) -> Piecewise:
+def pieced(breaks: Float[np.ndarray, "n"], coefficients: Float[np.ndarray, "n-1 k"]) -> Piecewise:
     """Pieces between neighbouring breaks, each a polynomial of the distance from its lower break.
 
     Beyond the first and the last break the function goes on along its tangent.

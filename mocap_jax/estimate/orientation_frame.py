@@ -21,6 +21,7 @@ from jaxtyping import Bool, Float, Int
 from mocap_jax import so3
 from mocap_jax.body import Body, Piecewise, Topology, couplings, frames, retract, site_jacobians
 from mocap_jax.body import sites_on_frames as on_frames
+from mocap_jax.body.topology import HINGE, SLIDE
 
 ExtraResidual = Callable[[Body, Array], Array]
 """`f(body, q) -> (m,)`, whitened: a prior on poses, a limit penalty, ..."""
@@ -52,8 +53,20 @@ class FrameProblem:
     """Degrees of freedom that follow no others."""
     followers: tuple[Follower, ...]
     extras: tuple[ExtraResidual, ...]
-    iterations: int
-    tolerance: float
+
+
+class Rules(NamedTuple):
+    """Where coordinates may be, and when to stop."""
+
+    place: Int[Array, "n"]
+    """Place in q of each free degree of freedom; -1 for those that are no plain coordinate."""
+    low: Float[Array, "n"]
+    high: Float[Array, "n"]
+    """Limits [rad, m]; infinite where there are none."""
+    iterations: Int[Array, ""]
+    """Most steps."""
+    tolerance: Float[Array, ""]
+    """Converged when no coordinate moves by more [rad, m]."""
 
 
 class FrameFit(NamedTuple):
@@ -79,9 +92,8 @@ class _State(NamedTuple):
 
 
 def frame_problem(
-    body: Body, sites: tuple[int, ...], extras: tuple[ExtraResidual, ...], iterations: int,
-    tolerance: float,
-) -> FrameProblem:  # fmt: skip
+    body: Body, sites: tuple[int, ...], extras: tuple[ExtraResidual, ...]
+) -> FrameProblem:
     """Describe the problem of a body whose sensors sit on the given sites."""
     topology = body.topology
     followers = []
@@ -92,40 +104,43 @@ def frame_problem(
         followers.append(Follower(*at, c.function))
     following = {f.dof for f in followers}
     free = tuple(i for i in range(topology.nv) if i not in following)
-    return FrameProblem(topology, sites, free, tuple(followers), extras, iterations, tolerance)
+    return FrameProblem(topology, sites, free, tuple(followers), extras)
 
 
-def bounds(body: Body, problem: FrameProblem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(place in q, lower, upper limit) of each free degree of freedom; unlimited for quaternions.
-
-    The place of a degree of freedom that is no plain coordinate is -1.
-    """
+def rules_of(
+    body: Body, problem: FrameProblem, *, limits: bool, iterations: int, tolerance: float
+) -> Rules:
+    """Rules for a body; its ranges count only with `limits`."""
     topology = body.topology
     in_q, in_v = topology.scalar_index
     place = dict(zip(in_v.tolist(), in_q.tolist(), strict=True))
     low, high = np.full(topology.nv, -np.inf), np.full(topology.nv, np.inf)
+    ranges = np.asarray(body.joint_range)
     for j, kind in enumerate(topology.joint_types):
-        if kind in ("hinge", "slide"):
-            low[topology.joint_dof[j]], high[topology.joint_dof[j]] = np.asarray(body.joint_range)[j]
+        if limits and kind in (HINGE, SLIDE):
+            low[topology.joint_dof[j]], high[topology.joint_dof[j]] = ranges[j]
     free = np.array(problem.free, int)
-    return np.array([place.get(i, -1) for i in problem.free]), low[free], high[free]
+    return Rules(
+        np.array([place.get(i, -1) for i in problem.free]), low[free], high[free],
+        np.asarray(iterations), np.asarray(tolerance),
+    )  # fmt: skip
 
 
 def solve_frame(
-    problem: FrameProblem, limits: tuple[Array, Array, Array], body: Body,
+    problem: FrameProblem, rules: Rules, body: Body,
     weight: Float[Array, "s"], start: Float[Array, "nq"], R_world_sensor: Float[Array, "s 3 3"],
 ) -> FrameFit:  # fmt: skip
     """Fit one frame.
 
     Args:
         problem: see `FrameProblem`.
-        limits: of `bounds`, or infinite ones.
+        rules: of `rules_of`.
         body: its sites carry the sensors.
         weight: of the squared error of each sensor [1/rad^2]; zero where it measured nothing.
         start: pose to start from.
         R_world_sensor: measured orientations; anything finite where the weight is zero.
     """
-    place, low, high = limits
+    place, low, high = rules.place, rules.low, rules.high
     bounded = place >= 0
 
     def evaluate(q: Array) -> tuple[Array, Array]:
@@ -143,7 +158,7 @@ def solve_frame(
         q = follow_leaders(problem, _retract_free(problem, state.q, delta))
         residual, jacobian = evaluate(q)
         better = residual @ residual <= state.residual @ state.residual
-        small = jnp.abs(delta).max() < problem.tolerance
+        small = jnp.abs(delta).max() < rules.tolerance
         damping = jnp.clip(state.damping * jnp.where(better, 0.1, 10.0), _SMALLEST, _LARGEST)
         keep = lambda new, old: jnp.where(better, new, old)  # noqa: E731
         return _State(
@@ -155,8 +170,9 @@ def solve_frame(
     # Places of no plain coordinate point past the end, and nothing is written there.
     q = start.at[jnp.where(bounded, place, start.size)].set(inside, mode="drop")
     q = follow_leaders(problem, q)
-    first = _State(q, *evaluate(q), jnp.asarray(_START, q.dtype), jnp.asarray(0), jnp.asarray(False))
-    last = jax.lax.while_loop(lambda s: ~s.done & (s.count < problem.iterations), step, first)
+    damping = jnp.asarray(_START, q.dtype)
+    first = _State(q, *evaluate(q), damping, jnp.asarray(0), jnp.asarray(False))
+    last = jax.lax.while_loop(lambda s: ~s.done & (s.count < rules.iterations), step, first)
     root = jnp.sqrt(weight)[:, None]
     error = last.residual[: 3 * weight.size].reshape(-1, 3) / jnp.where(root > 0, root, 1.0)
     return FrameFit(last.q, error, last.residual @ last.residual, last.count, last.done)

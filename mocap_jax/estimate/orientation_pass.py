@@ -21,8 +21,8 @@ from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.orientation_frame import (
     FrameFit,
     FrameProblem,
-    bounds,
     frame_problem,
+    rules_of,
     solve_frame,
 )
 from mocap_jax.estimate.orientation_options import OrientationPassOptions
@@ -73,9 +73,7 @@ def orientation_pass(
         data = gather(recording, body, kinds="O", rate_hz=options.rate_hz)
         options.check(data.sensors)
         weight, R_world_sensor = _measured(data, options)
-        problem = frame_problem(
-            body, data.sites, options.residuals, options.iterations, options.tolerance
-        )
+        problem = frame_problem(body, data.sites, options.residuals)
         if start is None:
             start = np.asarray(body.qpos0)
         elif np.shape(start) != (body.nq,) or not np.isfinite(start).all():
@@ -109,11 +107,12 @@ def _fit(
     weight: np.ndarray, R_world_sensor: np.ndarray, *, progress: bool,
 ) -> FrameFit:  # fmt: skip
     """Fit all frames; NumPy arrays with the frame axis first."""
-    limits = bounds(body, problem)
-    if not options.limits:
-        limits = limits[0], np.full_like(limits[1], -np.inf), np.full_like(limits[2], np.inf)
+    rules = rules_of(
+        body, problem, limits=options.limits, iterations=options.iterations,
+        tolerance=options.tolerance,
+    )  # fmt: skip
     # The text of the model is part of the compilation key and has no part in the kinematics.
-    fixed = (limits, dataclasses.replace(body, xml=""))
+    fixed = (rules, dataclasses.replace(body, xml=""))
     count = len(weight)
     start = _root_as_measured(problem, body, start, weight[0], R_world_sensor[0])
     every = 1 if options.warm_start else options.seed_every
@@ -170,10 +169,10 @@ def _along(
     R_world_sensor: jax.Array,
 ) -> FrameFit:  # fmt: skip
     """Frames one after the other, each from the last."""
-    limits, body = fixed
+    rules, body = fixed
 
     def one(q, frame):
-        fit = solve_frame(problem, limits, body, frame[0], q, frame[1])
+        fit = solve_frame(problem, rules, body, frame[0], q, frame[1])
         return fit.q, fit
 
     return jax.lax.scan(one, start, (weight, R_world_sensor))[1]
@@ -185,8 +184,8 @@ def _at_once(
     R_world_sensor: jax.Array,
 ) -> FrameFit:  # fmt: skip
     """All frames side by side, each from its own start."""
-    limits, body = fixed
-    one = lambda w, q, R: solve_frame(problem, limits, body, w, q, R)  # noqa: E731
+    rules, body = fixed
+    one = lambda w, q, R: solve_frame(problem, rules, body, w, q, R)  # noqa: E731
     return jax.vmap(one)(weight, start, R_world_sensor)
 
 

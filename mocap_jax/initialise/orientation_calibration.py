@@ -174,7 +174,7 @@ def _with_sites(
     """The body with a site of each sensor's name; the MJCF text itself is edited."""
     tree = ElementTree.fromstring(body.xml)
     elements = {e.get("name", ""): e for e in tree.iter("body")}
-    sites = {s.get("name", ""): (parent, s) for parent in tree.iter("body") for s in parent.findall("site")}
+    sites = {s.get("name", ""): (b, s) for b in tree.iter("body") for s in b.findall("site")}
     centres = body.mujoco_model().body_ipos
     for sensor, segment in segments.items():
         position = np.asarray(centres[body.topology.body_index(segment)])

@@ -16,6 +16,7 @@ from mocap_jax.io.world_frames import world_frames
 from mocap_jax.trajectory import Trajectory
 
 _MILLIMETRES = 1000.0
+_TURNING = ("hinge", "ball")
 
 
 def trc_text(body: Body, trajectory: Trajectory) -> str:
@@ -63,10 +64,8 @@ def _points(body: Body, q: np.ndarray) -> tuple[list[str], np.ndarray]:
             local[b - 1] = np.asarray(body.joint_pos)[turning[-1]]
     local[topology.nbody - 1 :] = np.asarray(body.site_pos)
     points = origin[:, on] + np.einsum("tnij,nj->tni", rotation[:, on], local)
-    return _unique(["_".join(n.split()) for n in (*topology.body_names[1:], *topology.site_names)]), points
-
-
-_TURNING = ("hinge", "ball")
+    names = [*topology.body_names[1:], *topology.site_names]
+    return _unique(["_".join(n.split()) for n in names]), points
 
 
 def _unique(names: list[str]) -> list[str]:

@@ -80,6 +80,7 @@ def write_orientations(path: Path, recording) -> None:
     lines = [*head, "\t".join(["time", *names])]
     time = np.asarray(recording.inertial[names[0]].time)
     for k, t in enumerate(time):
-        cells = [",".join(repr(float(x)) for x in recording.inertial[n].orientation[k]) for n in names]
+        quats = [recording.inertial[n].orientation[k].tolist() for n in names]
+        cells = [",".join(map(repr, quat)) for quat in quats]
         lines.append("\t".join([repr(float(t)), *cells]))
     path.write_text("\n".join(lines) + "\n")

@@ -1,7 +1,7 @@
 """What runs in OpenSim itself; needs PyPI `opensim` alone, and nothing of this package.
 
-    python opensim_side.py kinematics MODEL OUT.json [SEED]
-    python opensim_side.py ik MODEL ORIENTATIONS.sto FOLDER START END
+python opensim_side.py kinematics MODEL OUT.json [SEED]
+python opensim_side.py ik MODEL ORIENTATIONS.sto FOLDER START END
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ import sys
 import time
 from pathlib import Path
 
-import opensim
 import numpy as np
+import opensim
 
 _TO_OPENSIM = (-np.pi / 2, 0.0, 0.0)
 
@@ -21,7 +21,8 @@ def kinematics(model_file: str, out: str, seed: str = "0") -> None:
     """World frames of all bodies at random coordinates within their ranges."""
     model = opensim.Model(model_file)
     state = model.initSystem()
-    coordinates = [model.getCoordinateSet().get(i) for i in range(model.getCoordinateSet().getSize())]
+    every = model.getCoordinateSet()
+    coordinates = [every.get(i) for i in range(every.getSize())]
     couplers = {}
     constraints = model.getConstraintSet()
     for i in range(constraints.getSize()):

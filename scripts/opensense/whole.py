@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+
 from opensense.compare import FLEXIONS, Ours, Walk, angles
 
 SHOWN = tuple(f"{name}_{side}" for name in (*FLEXIONS, "hip_adduction", "hip_rotation")

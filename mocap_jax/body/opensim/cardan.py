@@ -142,9 +142,7 @@ def cardan_joints(xml: str) -> dict[str, CardanJoint]:
             continue
         data = np.array([float(x) for x in element.get("data", "").split()])
         n = len(names[key])
-        R = [
-            Rotation.from_quat(data[i : i + 4], scalar_first=True).as_matrix() for i in (0, 7)
-        ]
+        R = [Rotation.from_quat(data[i : i + 4], scalar_first=True).as_matrix() for i in (0, 7)]
         joint = key.removeprefix(CARDAN_PREFIX)
         out[joint] = CardanJoint(
             joint, tuple(names[key]), R[0], data[4:7], R[1], data[11:14],

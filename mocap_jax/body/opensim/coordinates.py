@@ -53,6 +53,7 @@ def known_coordinates(model: OsimModel, name: str) -> dict[str, Known]:
             value = float(function(np.asarray(source.default)))
             c = plain[n]
             locked = Coordinate(n, value, c.range, c.clamped, source.fixed)
-            known[n] = Known(locked, value, None if source.fixed else (source.coordinate.name, function))
+            follows = None if source.fixed else (source.coordinate.name, function)
+            known[n] = Known(locked, value, follows)
         left = [n for n in left if n not in known]
     return known

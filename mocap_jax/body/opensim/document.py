@@ -110,9 +110,7 @@ def _joints(model: Element, bodies: dict[str, OsimBody], name: str) -> list[Osim
     return out
 
 
-def _socket(
-    joint: Element, tag: str, bodies: dict[str, OsimBody], where: str
-) -> Placement:
+def _socket(joint: Element, tag: str, bodies: dict[str, OsimBody], where: str) -> Placement:
     """The frame that a joint is attached to: a body, or a frame at an offset from one."""
     path = text_of(joint, tag)
     if not path:

@@ -59,9 +59,7 @@ def axes_of(
     if joint.tag == CUSTOM:
         return _custom_axes(joint, {c.name for c in coordinates}, where)
     if joint.tag not in _SIMPLE:
-        raise InputError(
-            f"{where}: {joint.tag} is not supported; valid: {', '.join(JOINT_KINDS)}"
-        )
+        raise InputError(f"{where}: {joint.tag} is not supported; valid: {', '.join(JOINT_KINDS)}")
     turns, shifts = _SIMPLE[joint.tag]
     if len(coordinates) != len(turns) + len(shifts):
         raise InputError(

@@ -124,9 +124,7 @@ def welded_layout(joint: OsimJoint, known: dict[str, Known]) -> Layout:
     return Layout(rotation, joint.parent.position + Rp.apply(shift), joint.child.position)
 
 
-def joint_transform(
-    joint: OsimJoint, q: dict[str, float]
-) -> tuple[Rotation, np.ndarray]:
+def joint_transform(joint: OsimJoint, q: dict[str, float]) -> tuple[Rotation, np.ndarray]:
     """OpenSim's transform of a joint: child frame in parent frame."""
     R = Rotation.identity()
     for axis in joint.rotations:

@@ -1,4 +1,4 @@
-"""Capsules along the segments of an OpenSim model, for pictures: its meshes are files of its own."""
+"""Capsules along the segments of an OpenSim model, for pictures (its meshes are other files)."""
 
 from __future__ import annotations
 

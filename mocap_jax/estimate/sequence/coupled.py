@@ -1,7 +1,7 @@
 """Coordinates that follow others (`body.coupling`) are held to their functions.
 
-The body's kinematics takes every coordinate as it is. A stiff residual keeps those that follow, such
-as the secondary rotations of an OpenSim knee, within a small fraction of a degree.
+The body's kinematics takes every coordinate as it is. A stiff residual keeps those that follow,
+such as the secondary rotations of an OpenSim knee, within a small fraction of a degree.
 """
 
 from __future__ import annotations

@@ -124,8 +124,8 @@ def build(
 
 
 # Names under which other residuals of a pose count.
-_TAKEN = {COUPLINGS, KNEES, "accelerometer", "gyroscope", "orientation", "range", "reference", "limits",
-          "smoothness"}  # fmt: skip
+_TAKEN = {COUPLINGS, KNEES, "accelerometer", "gyroscope", "orientation", "range", "reference",
+          "limits", "smoothness"}  # fmt: skip
 
 
 def _check_names(residuals: tuple[UserResidual, ...]) -> None:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 LINE = "<LinearFunction{n}><coefficients>{a} {b}</coefficients></LinearFunction>"
 CONSTANT = "<Constant{n}><value>{a}</value></Constant>"
-SPLINE = ("<SimmSpline{n}><x>0 0.4 0.9 1.3 2</x><y>0 0.05 0.02 0.11 0.3</y></SimmSpline>")  # fmt: skip
+SPLINE = "<SimmSpline{n}><x>0 0.4 0.9 1.3 2</x><y>0 0.05 0.02 0.11 0.3</y></SimmSpline>"
 ROLL = "<SimmSpline{n}><x>0 0.7 1.4 2</x><y>0 0.004 0.005 0.001</y></SimmSpline>"
-POLYNOMIAL = "<PolynomialFunction{n}><coefficients>0.004 -0.01 0.005</coefficients></PolynomialFunction>"
-POLYLINE = (
-    "<PiecewiseLinearFunction{n}><x>-1 0 2</x><y>0.1 0 -0.3</y></PiecewiseLinearFunction>"
+POLYNOMIAL = (
+    "<PolynomialFunction{n}><coefficients>0.004 -0.01 0.005</coefficients></PolynomialFunction>"
 )
+POLYLINE = "<PiecewiseLinearFunction{n}><x>-1 0 2</x><y>0.1 0 -0.3</y></PiecewiseLinearFunction>"
 
 # name, parent, kind, coordinates (name, default, low, high, clamped, locked), parent frame
 # (translation, orientation), child frame, axes (coordinates, axis, function) of a CustomJoint
@@ -38,7 +38,8 @@ JOINTS = [
      ("0 0.2 0.1", "0 0 0"), ("0 0.02 0", "0 0.1 0"), None),
     ("knee", "universal", "CustomJoint", [("bend", 0.2, 0, 2, True, False)],
      ("0.01 -0.4 0", "0.2 0.1 0"), ("-0.01 0.02 0", "0.2 0.1 0.05"),
-     [("", "1 0 0", CONSTANT.format(a=0.15, n="{n}")), ("bend", "0 0 2", LINE.format(a=-1, b=0.1, n="{n}")),
+     [("", "1 0 0", CONSTANT.format(a=0.15, n="{n}")),
+      ("bend", "0 0 2", LINE.format(a=-1, b=0.1, n="{n}")),
       ("bend", "0 1 0.2", SPLINE), ("bend", "1 0 0", ROLL), ("bend", "0 1 0", POLYNOMIAL),
       ("", "0 0 1", CONSTANT.format(a=0.01, n="{n}"))]),
     ("toe", "knee", "CustomJoint", [("toe_angle", 0.0, -1, 1, True, False)],
