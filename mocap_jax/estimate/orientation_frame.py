@@ -97,11 +97,10 @@ def frame_problem(
     """Describe the problem of a body whose sensors sit on the given sites."""
     topology = body.topology
     followers = []
+    in_v, in_q = topology.joint_dof.tolist(), topology.joint_qpos.tolist()
     for c in couplings(body):
         j, leader = topology.joint_index(c.joint), topology.joint_index(c.leader)
-        at = [int(topology.joint_dof[j]), int(topology.joint_qpos[j])]
-        at += [int(topology.joint_dof[leader]), int(topology.joint_qpos[leader])]
-        followers.append(Follower(*at, c.function))
+        followers.append(Follower(in_v[j], in_q[j], in_v[leader], in_q[leader], c.function))
     following = {f.dof for f in followers}
     free = tuple(i for i in range(topology.nv) if i not in following)
     return FrameProblem(topology, sites, free, tuple(followers), extras)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
+from collections.abc import Callable
 from functools import partial
 
 import jax
@@ -147,7 +148,10 @@ def _root_as_measured(
     return start
 
 
-def _chunks(solve, size: int, bar: tqdm | None, carry: np.ndarray | None, *arrays) -> FrameFit:
+def _chunks(
+    solve: Callable[..., FrameFit], size: int, bar: tqdm | None, carry: np.ndarray | None,
+    *arrays: np.ndarray,
+) -> FrameFit:  # fmt: skip
     """Apply a compiled program to chunks of one size; `carry` goes from one to the next."""
     pieces = []
     for begin in range(0, len(arrays[0]), size):
