@@ -2,23 +2,41 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
+from opensense import data
 from opensense.compare import FLEXIONS, Ours, Walk, angles
 
 SHOWN = tuple(f"{name}_{side}" for name in (*FLEXIONS, "hip_adduction", "hip_rotation")
               for side in "rl")  # fmt: skip
 
 
+# The wearer stands still in the calibration pose at the start of the recording [s].
+STILL = 1.9
+# Model errors: what the skeleton leaves of orientations (the orientation pass: 6 degrees) [rad], and
+# of accelerations [m/s^2].
+MISFIT, FORCES = 0.1, 1.0
+# Sensors sit somewhere on their segments; the guess is the centre of mass [m].
+PLACES = 0.08
+
+
 def run(walk: Walk, ours: Ours, picture: str | None) -> tuple[str, dict[str, object]]:
     """Solve from the orientation pass; table, numbers and, where asked for, the picture."""
     import mocap_jax as mj
 
-    options = mj.OptimiseOptions(kinds="AO", root="free", covariance=False)
-    solution = mj.optimise(
-        walk.recording_in_range, walk.calibration.body, initial=ours.solution, options=options
-    )
+    recording, body = _from_rest(walk), walk.calibration.body
+    options = mj.OptimiseOptions(
+        kinds="AO", root="free", covariance=False,
+        noise=mj.NoiseOptions(orientation_model=MISFIT, accelerometer_model=FORCES),
+        constants=mj.ConstantsOptions(offset_sigma=PLACES),
+    )  # fmt: skip
+    start = mj.orientation_pass(recording, body)
+    solution = mj.optimise(recording, body, initial=start, options=options)
     _, degrees = angles(solution, walk.calibration.heading)
+    times = np.asarray(solution.trajectory.time)
+    degrees = degrees[np.abs(times[:, None] - ours.time).argmin(axis=0)]
     rows = {}
     step = float(np.median(np.diff(ours.time)))
     lines = [
@@ -45,8 +63,20 @@ def run(walk: Walk, ours: Ours, picture: str | None) -> tuple[str, dict[str, obj
     if picture:
         draw(picture, ours, degrees)
     about = {"status": solution.status.name, "seconds_solve": solution.seconds_solve,
-             "iterations": solution.iterations, "remarks": solution.remarks}  # fmt: skip
+             "iterations": solution.iterations, "remarks": solution.remarks,
+             "sensor_positions_m": {
+                 k: v.tolist() for k, v in solution.calibration.items() if "offset" in k
+             }}  # fmt: skip
     return "\n".join(lines), about | {"angles": rows, "residuals": sensors}
+
+
+def _from_rest(walk: Walk):
+    """The recording from its start on, which is declared as a rest hold."""
+    from mocap_jax.recording import RestHold
+
+    recording = data.cut(walk.calibration.recording, 0.0, walk.interval[1])
+    setup = dataclasses.replace(recording.setup, rest=RestHold(0.0, STILL))
+    return dataclasses.replace(recording, setup=setup)
 
 
 def draw(path: str, ours: Ours, degrees: np.ndarray) -> None:
