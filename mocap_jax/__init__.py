@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import EkfOptions as EkfOptions
     from mocap_jax.estimate import NoiseOptions as NoiseOptions
     from mocap_jax.estimate import OptimiseOptions as OptimiseOptions
+    from mocap_jax.estimate import OrientationPassOptions as OrientationPassOptions
     from mocap_jax.estimate import PriorOptions as PriorOptions
     from mocap_jax.estimate import UserResidual as UserResidual
     from mocap_jax.estimate import check_residual as check_residual
@@ -40,8 +41,11 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import differentiable_ekf as differentiable_ekf
     from mocap_jax.estimate import ekf as ekf
     from mocap_jax.estimate import optimise as optimise
+    from mocap_jax.estimate import orientation_pass as orientation_pass
     from mocap_jax.estimate import sparse_options as sparse_options
+    from mocap_jax.initialise import Heading as Heading
     from mocap_jax.initialise import SensorCheck as SensorCheck
+    from mocap_jax.initialise import calibrate_to_pose as calibrate_to_pose
     from mocap_jax.initialise import check_sensors as check_sensors
     from mocap_jax.io import export_motion as export_motion
     from mocap_jax.io import read_recording as read_recording
@@ -90,11 +94,12 @@ _HOME = {
     "compilation_cache": ("enable_compilation_cache",),
     "errors": ("InputError", "MocapError", "SolveError"),
     "estimate": (
-        "ConstantsOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions", "PriorOptions",
-        "UserResidual", "check_residual", "differentiable", "differentiable_ekf", "ekf",
-        "optimise", "sparse_options",
+        "ConstantsOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions",
+        "OrientationPassOptions", "PriorOptions", "UserResidual", "check_residual",
+        "differentiable", "differentiable_ekf", "ekf", "optimise", "orientation_pass",
+        "sparse_options",
     ),
-    "initialise": ("SensorCheck", "check_sensors"),
+    "initialise": ("Heading", "SensorCheck", "calibrate_to_pose", "check_sensors"),
     "io": (
         "export_motion", "read_recording", "read_solution", "write_recording", "write_solution",
     ),

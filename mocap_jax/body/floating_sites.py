@@ -18,7 +18,8 @@ def with_floating_sites(body: Body, sites: Sequence[int]) -> Body:
     """Put three slides between some sites and the segments that carry them.
 
     The slides' coordinates, displacements along the site's axes [m], follow those of the body in
-    q and v, three for each site in the order given. The new body has no MJCF.
+    q and v, three for each site in the order given. The new body keeps the MJCF of the old one,
+    which knows nothing of the slides.
 
     Args:
         body: any body.
@@ -44,7 +45,6 @@ def with_floating_sites(body: Body, sites: Sequence[int]) -> Body:
     return dataclasses.replace(
         body,
         topology=looser,
-        xml="",
         body_pos=append(body.body_pos, body.site_pos[chosen]),
         body_quat=append(body.body_quat, body.site_quat[chosen]),
         joint_pos=append(body.joint_pos, np.zeros((3 * n, 3))),

@@ -93,10 +93,11 @@ def _compile_text(xml: str) -> mujoco.MjModel:
 
 
 def load_body(source: str | os.PathLike[str], *, free_root: bool | None = None) -> Body:
-    """Load a body from an MJCF file or MJCF text.
+    """Load a body from an MJCF file, MJCF text or an OpenSim model.
 
     Args:
-        source: path of an MJCF file, or the XML text itself (anything starting with `<`).
+        source: path of an MJCF file, or the XML text itself (anything starting with `<`); or an
+            OpenSim model, by its suffix `.osim` or its text (see docs/opensim.md).
         free_root: True puts a free joint on the first body if it has none; False and None
             leave the model as it is.
 
@@ -105,6 +106,10 @@ def load_body(source: str | os.PathLike[str], *, free_root: bool | None = None) 
             feature that the kinematics does not represent (named in the text).
     """
     text, name, folder = _read_source(source)
+    if name.lower().endswith(".osim") or "<OpenSimDocument" in text[:1000]:
+        from mocap_jax.body.opensim import opensim_mjcf  # it needs `Body` itself
+
+        text, folder = opensim_mjcf(text, name), ""
     if free_root:
         text = _with_free_root(text, name)
     try:

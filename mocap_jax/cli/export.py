@@ -6,9 +6,9 @@ import argparse
 
 from mocap_jax.cli.files import exit_code, output_file, read_solution_input
 
-SUMMARY = "write a solution's motion as BVH, CSV or NPZ, by suffix"
+SUMMARY = "write a solution's motion as BVH, CSV, NPZ, MOT, STO or TRC, by suffix"
 EXAMPLE = "mocap-jax export walk.solution.mcap -o walk.bvh"
-SUFFIXES = (".bvh", ".csv", ".npz")
+SUFFIXES = (".bvh", ".csv", ".npz", ".mot", ".sto", ".trc")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output",
         metavar="FILE",
         required=True,
-        help=f"file to write: {', '.join(SUFFIXES)}",
+        help=f"file to write: {', '.join(SUFFIXES)}; *.orientations.sto: segment quaternions",
     )
 
 

@@ -4,6 +4,8 @@ from mocap_jax.estimate.check_residual import DerivativeReport, check_residual
 from mocap_jax.estimate.derivatives import differentiable, differentiable_ekf
 from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
+from mocap_jax.estimate.orientation_options import OrientationPassOptions
+from mocap_jax.estimate.orientation_pass import orientation_pass
 from mocap_jax.estimate.sequence.layout import UserResidual
 from mocap_jax.estimate.sparse_options import sparse_options
 from mocap_jax.estimate.whole_sequence import optimise
@@ -16,6 +18,6 @@ from mocap_jax.estimate.whole_sequence_options import (
 
 __all__ = [
     "ConstantsOptions", "DerivativeReport", "EkfOptions", "NoiseOptions", "OptimiseOptions",
-    "PriorOptions", "UserResidual", "check_residual", "differentiable", "differentiable_ekf", "ekf",
-    "optimise", "sparse_options",
+    "OrientationPassOptions", "PriorOptions", "UserResidual", "check_residual", "differentiable",
+    "differentiable_ekf", "ekf", "optimise", "orientation_pass", "sparse_options",
 ]  # fmt: skip

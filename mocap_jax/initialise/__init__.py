@@ -2,15 +2,23 @@
 
 from mocap_jax.initialise.check_sensors import SensorCheck, check_sensors
 from mocap_jax.initialise.declared_pose import declared_pose
+from mocap_jax.initialise.orientation_calibration import (
+    Heading,
+    PoseCalibration,
+    calibrate_to_pose,
+)
 from mocap_jax.initialise.rest_options import RestOptions
 from mocap_jax.initialise.rest_pose import RestEstimate, declared_rest, rest_pose
 from mocap_jax.initialise.still import Still, find_still
 
 __all__ = [
+    "Heading",
+    "PoseCalibration",
     "RestEstimate",
     "RestOptions",
     "SensorCheck",
     "Still",
+    "calibrate_to_pose",
     "check_sensors",
     "declared_pose",
     "declared_rest",

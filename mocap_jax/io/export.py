@@ -16,6 +16,12 @@ from mocap_jax.io.array_archive import pack_arrays
 from mocap_jax.io.atomic import atomic_file
 from mocap_jax.io.bvh import bvh_text
 from mocap_jax.io.mcap_trajectory import coordinate_names, dof_names
+from mocap_jax.io.opensim_motion import (
+    ORIENTATIONS_SUFFIX,
+    coordinates_text,
+    orientations_text,
+)
+from mocap_jax.io.trc import trc_text
 from mocap_jax.motion.motion import Motion
 from mocap_jax.solution import Solution
 
@@ -27,6 +33,9 @@ def export_motion(path: str | os.PathLike[str], solution: Solution | Motion) -> 
 
     - `.bvh`: hierarchy and Euler angles; centimetres, degrees, Y up (see `mocap_jax.io.bvh`);
     - `.csv`: time [s], hinge angles [deg], slides and root position [m], quaternions (wxyz);
+    - `.mot`, `.sto`: OpenSim coordinates, degrees and metres, Y up (see
+      `mocap_jax.io.opensim_motion`); `.orientations.sto`: segment orientations as quaternions;
+    - `.trc`: joint centres and sites as markers; millimetres, Y up (see `mocap_jax.io.trc`);
     - `.npz`: arrays `time`, `q`, `v`, `names` (of q), `dof_names` (of v), `covariance_diagonal`
       (rad^2, m^2) and the text `body_xml`; SI units, wxyz.
 
@@ -35,6 +44,8 @@ def export_motion(path: str | os.PathLike[str], solution: Solution | Motion) -> 
             motion does not fit the format.
     """
     suffix = Path(path).suffix.lower()
+    if Path(path).name.lower().endswith(ORIENTATIONS_SUFFIX):
+        suffix = ORIENTATIONS_SUFFIX
     if suffix not in _EXPORTERS:
         valid = ", ".join(_EXPORTERS)
         raise InputError(f"{path}: cannot export to '{suffix or 'no suffix'}'; valid: {valid}")
@@ -48,6 +59,18 @@ def export_motion(path: str | os.PathLike[str], solution: Solution | Motion) -> 
 
 def _bvh(solution: Solution | Motion) -> bytes:
     return bvh_text(solution.body, solution.trajectory).encode()
+
+
+def _coordinates(solution: Solution | Motion) -> bytes:
+    return coordinates_text(solution.body, solution.trajectory).encode()
+
+
+def _orientations(solution: Solution | Motion) -> bytes:
+    return orientations_text(solution.body, solution.trajectory).encode()
+
+
+def _trc(solution: Solution | Motion) -> bytes:
+    return trc_text(solution.body, solution.trajectory).encode()
 
 
 def _csv(solution: Solution | Motion) -> bytes:
@@ -91,4 +114,8 @@ _EXPORTERS: dict[str, Callable[[Solution | Motion], bytes]] = {
     ".bvh": _bvh,
     ".csv": _csv,
     ".npz": _npz,
+    ".mot": _coordinates,
+    ".sto": _coordinates,
+    ORIENTATIONS_SUFFIX: _orientations,
+    ".trc": _trc,
 }

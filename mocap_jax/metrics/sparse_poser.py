@@ -11,6 +11,7 @@ import numpy as np
 from mocap_jax.metrics.align import Aligned
 from mocap_jax.metrics.joint_centres import joint_centres
 from mocap_jax.metrics.rotation_angle import rotation_angle
+from mocap_jax.solution.anatomy import anatomical_frames
 from mocap_jax.solution.poses import root_segment
 
 VALIDATION_SEGMENTS = ("LeftUpperLeg", "RightUpperLeg", "LeftUpperArm", "RightUpperArm")
@@ -30,7 +31,8 @@ def sparse_poser_errors(pair: Aligned, poses: Poses, true: Poses) -> dict[str, d
     """Errors by segment, and pooled under `mean`; none where the bodies have no such segment.
 
     - `validation_orientation_error_mean_deg`, `..._std_deg`: angle between estimated and true
-      orientation in the world of the segments whose sensors were held out.
+      orientation in the world of the segments whose sensors were held out (of their anatomical
+      frames, where the two bodies are different skeletons).
     - `marker_position_error_mean_cm`, `..._std_cm`: distance of virtual markers, each relative to
       its root's position.
     """
@@ -57,7 +59,12 @@ def _chosen(pair: Aligned, names: list[str]) -> tuple[list[int], list[int]]:
 
 def _angles(pair: Aligned, poses: Poses, true: Poses, names: list[str]) -> np.ndarray:
     mine, other = _chosen(pair, names)
-    return np.rad2deg(rotation_angle(poses[0][:, mine], true[0][:, other]))
+    R, R_true = poses[0][:, mine], true[0][:, other]
+    if pair.body.topology.body_names != pair.reference_body.topology.body_names:
+        # Skeletons lay their segments' frames differently.
+        R = R @ anatomical_frames(pair.body)[mine]
+        R_true = R_true @ anatomical_frames(pair.reference_body)[other]
+    return np.rad2deg(rotation_angle(R, R_true))
 
 
 def _distances(pair: Aligned, poses: Poses, true: Poses, names: list[str]) -> np.ndarray:

@@ -7,18 +7,18 @@ _MIDDLE = {
     "L5": ("l5", "lowerback", "abdomen"),
     "L3": ("l3", "upperback", "spine"),
     "T12": ("t12",),
-    "T8": ("t8", "thorax", "spine1", "chest"),
+    "T8": ("t8", "thorax", "spine1", "chest", "torso"),
     "Neck": ("neck", "lowerneck"),
     "Head": ("head",),
 }
 _SIDED = {
     "Shoulder": ("clavicle", "collar", "shoulder"),
     "UpperArm": ("humerus", "shldr", "arm", "upperarm"),
-    "ForeArm": ("radius", "forearm", "lowerarm"),
+    "ForeArm": ("radius", "ulna", "forearm", "lowerarm"),
     "Hand": ("hand",),
     "UpperLeg": ("femur", "thigh", "upleg", "upperleg"),
     "LowerLeg": ("tibia", "shin", "leg", "lowerleg"),
-    "Foot": ("foot",),
+    "Foot": ("foot", "talus"),
     "Toe": ("toes", "toebase", "toe"),
 }
 XSENS_SEGMENTS: tuple[str, ...] = (
@@ -28,16 +28,18 @@ XSENS_SEGMENTS: tuple[str, ...] = (
 """The 23 segments, in the order pelvis to head, right arm and leg, left arm and leg."""
 
 _TABLE = {other: name for name, others in _MIDDLE.items() for other in others} | {
-    prefix + other: side + name
+    word: side + name
     for side, prefixes in (("Left", ("left", "l")), ("Right", ("right", "r")))
     for prefix in prefixes
     for name, others in _SIDED.items()
     for other in others
+    # OpenSim has the side last: `femur_r`.
+    for word in (prefix + other, *([other + prefix] if len(prefix) == 1 else []))
 }
 
 
 def xsens_name(name: str) -> str:
-    """Xsens name of a segment known by a CMU ASF, BVH (Hahne, DAZ) or dm_control name.
+    """Xsens name of a segment known by a CMU ASF, BVH (Hahne, DAZ), dm_control or OpenSim name.
 
     Names that correspond to none of the 23 segments are returned unchanged, so the function is
     idempotent. A namespace such as `mixamorig:` is ignored.

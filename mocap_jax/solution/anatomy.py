@@ -44,6 +44,11 @@ _NAMES = {
     "Toe": (("extension", 1), ("eversion", -1), ("internal_rotation", 1)),
     "Shoulder": (("axial_rotation", 1), ("depression", 1), ("protraction", 1)),
 }
+# Segments of OpenSim's models, named `femur_r` and so on; they stand upright at reference.
+_OPENSIM = {
+    "humerus": "UpperArm", "ulna": "ForeArm", "radius": "ForeArm", "hand": "Hand",
+    "femur": "UpperLeg", "tibia": "LowerLeg", "talus": "Foot", "calcn": "Foot", "toes": "Toe",
+}  # fmt: skip
 _AXIAL = (("flexion", -1), ("lateral_bending", 1), ("axial_rotation", 1))
 
 
@@ -65,6 +70,9 @@ def _side_and_part(name: str) -> tuple[str, str]:
     for side in ("Right", "Left"):
         if name.startswith(side) and name.removeprefix(side) in _NAMES:
             return side, name.removeprefix(side)
+    part = _OPENSIM.get(name[:-2], "")
+    if part and name[-2:] in ("_r", "_l"):
+        return "Right" if name.endswith("_r") else "Left", part
     return "", ""
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import dataclasses
 from xml.etree import ElementTree
 
-import mocap_jax as mj
 import numpy as np
+
+import mocap_jax as mj
 from mocap_jax.initialise import calibrate_to_pose, declared_pose
 from mocap_jax.motion import Motion
 from mocap_jax.simulation import named_suit

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import mocap_jax as mj
+from mocap_jax.initialise import declared_pose
 from sip2017.bodies import manual_body, scaled_body, subject_body, words_body, worn
 
 ROWS = {
@@ -36,7 +37,10 @@ def estimate(
     options = dataclasses.replace(mj.sparse_options(prior), root="free", covariance=False)
     if row == "EKF":
         return mj.ekf(on, body, options=mj.EkfOptions(kinds="AGO", root="free"))
-    start = mj.orientation_pass(on, body, pose_prior=prior)
+    start = mj.orientation_pass(
+        on, body, start=declared_pose(on.setup.rest, body),
+        options=mj.OrientationPassOptions(pose_prior=prior, warm_start=True),
+    )  # fmt: skip
     return start if row == "SOP" else mj.optimise(on, body, initial=start, options=options)
 
 

@@ -13,6 +13,8 @@ from mocap_jax.motion import XSENS_SEGMENTS, xsens_name
      ("rclavicle", "RightShoulder"),
      ("LeftUpLeg", "LeftUpperLeg"), ("LeftArm", "LeftUpperArm"), ("lShldr", "LeftUpperArm"),
      ("RightToeBase", "RightToe"), ("mixamorig:Hips", "Pelvis"), ("lwrist", "lwrist"),
+     ("femur_r", "RightUpperLeg"), ("talus_l", "LeftFoot"), ("calcn_l", "calcn_l"),
+     ("torso", "T8"), ("ulna_r", "RightForeArm"), ("patella_r", "patella_r"),
      ("upperneck", "upperneck"), ("rButtock", "rButtock"), ("LHipJoint", "LHipJoint")],
 )  # fmt: skip
 def test_names_of_other_systems(name: str, expected: str) -> None:

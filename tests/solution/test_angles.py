@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from mocap_jax.solution.anatomy import rotation_labels
 from mocap_jax.solution.angles import joint_angles, root_relative_angles
 from mocap_jax.solution.cardan import (
     cardan_zxy,
@@ -131,3 +132,12 @@ def test_tables():
     assert frame.attrs["units"]["root/px"] == "m"
     angle = data.joint_angle.sel(angle="LeftForeArm/flexion")
     np.testing.assert_allclose(frame["LeftForeArm/flexion"], angle)
+
+
+@pytest.mark.parametrize(
+    ("opensim", "own"),
+    [("femur_r", "RightUpperLeg"), ("tibia_l", "LeftLowerLeg"), ("calcn_l", "LeftFoot"),
+     ("humerus_r", "RightUpperArm"), ("radius_l", "LeftForeArm"), ("torso", "T8")],
+)  # fmt: skip
+def test_opensims_segments_have_the_angles_of_ours(opensim: str, own: str) -> None:
+    assert rotation_labels(opensim) == rotation_labels(own)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Bool, Float
 
-from mocap_jax.estimate.sequence.layout import KNEES, Layout
+from mocap_jax.estimate.sequence.layout import COUPLINGS, KNEES, Layout
 
 # Least damping, relative to what the boards' readings hold jitter with: from a third of it to three
 # times as much, solves take the same number of steps.
@@ -26,7 +26,7 @@ def bending(layout: Layout) -> Bool[np.ndarray, "nv"]:
     Others are held by linear terms alone; what a user's own residuals hold is not known.
     """
     topology = layout.topology
-    if any(r.name != KNEES for r in layout.user):
+    if any(r.name not in (KNEES, COUPLINGS) for r in layout.user):
         return np.ones(topology.nv, bool)
     sites = np.array([*layout.sites, *layout.range_sites], int)
     moved = np.asarray(topology.site_body, int)[sites]

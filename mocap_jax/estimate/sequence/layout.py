@@ -16,6 +16,8 @@ from mocap_jax.body import Topology
 
 KNEES = "knees"
 """Name of the residual that `knees` adds: it moves nothing that boards do not hold."""
+COUPLINGS = "couplings"
+"""Name of the residual that `coupled` adds; the same holds of it."""
 
 
 @dataclass(frozen=True)

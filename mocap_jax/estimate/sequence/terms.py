@@ -11,8 +11,10 @@ from mocap_jax import so3
 from mocap_jax.body import Body, site_segments
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.sequence.corrections import correction_fields, slope_terms, walk_of
+from mocap_jax.estimate.sequence.coupled import coupled_coordinates
 from mocap_jax.estimate.sequence.knees import knee_hinges
 from mocap_jax.estimate.sequence.layout import (
+    COUPLINGS,
     KNEES,
     NO_PRIOR,
     Layout,
@@ -71,8 +73,9 @@ def build(
             of the constants that are not valid.
     """
     knees, knee_data = knee_hinges(body, len(data.time), options)
+    coupled, coupled_data = coupled_coordinates(body, len(data.time))
     _check_names(options.user_residuals)
-    user = (*options.user_residuals, *knees)
+    user = (*options.user_residuals, *knees, *coupled)
     usual = on_body(body, options.pose_prior, options.prior.share_sigma)
     layout = _layout(data, body, options, user, usual)
     walking = walk_of(data, layout.gyroscope_steps, layout.accelerometer_steps)
@@ -103,7 +106,7 @@ def build(
             len(data.time), step / options.prior.limit_sigma**2 if options.prior.limits else 0.0
         ),
         pose_information=_pose_information(data, rest, usual),
-        user_data=(*_data_of(options.user_residuals, user_data), *knee_data),
+        user_data=(*_data_of(options.user_residuals, user_data), *knee_data, *coupled_data),
         user_mask=tuple(_user_mask(r, len(data.time)) for r in user),
         walk=(walking.at_frames,) if walking else (),
         **more,
@@ -124,8 +127,8 @@ def build(
 
 
 # Names under which other residuals of a pose count.
-_TAKEN = {KNEES, "accelerometer", "gyroscope", "orientation", "range", "reference", "limits",
-          "smoothness", "pose_prior"}  # fmt: skip
+_TAKEN = {COUPLINGS, KNEES, "accelerometer", "gyroscope", "orientation", "range", "reference",
+          "limits", "smoothness", "pose_prior"}  # fmt: skip
 
 
 def _check_names(residuals: tuple[UserResidual, ...]) -> None:
