@@ -2,8 +2,9 @@
 
     E(q) = sum over sensors of w_s |log(R_measured^T R_predicted(q))|^2 + sum |extra(q)|^2,
 
-with the pose prior among the extra residuals, is minimised over the coordinates that follow no others, within their ranges, by Levenberg-Marquardt
-with an active set: coordinates at a limit that the gradient presses against it are held there.
+with the pose prior among the extra residuals, is minimised over the coordinates that follow no
+others, within their ranges, by Levenberg-Marquardt with an active set: coordinates at a limit that
+the gradient presses against it are held there.
 """
 
 from __future__ import annotations
