@@ -1,5 +1,6 @@
 """First guesses: where the body is before it moves."""
 
+from mocap_jax.initialise.check_readings import check_readings
 from mocap_jax.initialise.check_sensors import SensorCheck, check_sensors
 from mocap_jax.initialise.declared_pose import declared_pose
 from mocap_jax.initialise.rest_options import RestOptions
@@ -11,6 +12,7 @@ __all__ = [
     "RestOptions",
     "SensorCheck",
     "Still",
+    "check_readings",
     "check_sensors",
     "declared_pose",
     "declared_rest",

@@ -29,9 +29,9 @@ _INDEPENDENT = 3.0
 # Standard deviations beyond which a misfit counts logarithmically.
 _SCALE = 4.0
 # Relative rate below which two neighbours move alike [rad/s].
-_ALIKE = 0.05
+SLOWEST_ALIKE = 0.05
 # Independent observations that the ratio of two mean square relative rates is worth.
-_MOTION = 12.0
+MOTION_WEIGHT = 12.0
 # The cost must fall by this much for an exchange to be believed.
 _MARGIN = 2.0
 # More of it for an exchange of inertial data or distances alone, which is the rarer mistake.
@@ -184,5 +184,5 @@ def _motion_cost(evidence: Evidence, rate: np.ndarray, edges: list[tuple[int, in
         first, second = (rate @ evidence.R_world_site[site].T for site in (a, b))
         cross = first.reshape(sensors, -1) @ second.reshape(sensors, -1).T / samples
         apart = np.maximum(own[:, None] + own[None] - 2 * cross, 0.0)
-        out[e] = 0.5 * _MOTION * np.log(apart + _ALIKE**2)
+        out[e] = 0.5 * MOTION_WEIGHT * np.log(apart + SLOWEST_ALIKE**2)
     return out

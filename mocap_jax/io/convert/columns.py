@@ -13,6 +13,7 @@
     acceleration = "specific-force"          # free-world, free-sensor: gravity was removed
     world_up = "z"                           # y, x or -z
     heading = "magnetic north"               # in words
+    remark = "Second visit."                 # said after every conversion
 
     [[sensors]]
     segment = "T8"
@@ -47,7 +48,7 @@ PRESETS = Path(__file__).with_name("presets")
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _CONVENTION = tuple(f.name for f in dataclasses.fields(Convention))
 _TOP = ("format", "summary", "time", "time_unit", "rate_hz", "device", "sensors", "root",
-        "delimiter", *_CONVENTION)  # fmt: skip
+        "delimiter", "remark", *_CONVENTION)  # fmt: skip
 _KINDS = ("accelerometer", "gyroscope", "magnetometer", "orientation")
 _SENSOR = ("name", "segment", "file", "time", *_KINDS, "mount_position", "mount_orientation")
 _FORMATS = ("csv", "mat")
@@ -77,6 +78,8 @@ class ColumnMapping:
     rate_hz: float | str | None = None
     device: str = ""
     delimiter: str | None = None
+    remark: str = ""
+    """Said after every conversion with this mapping."""
     root: dict[str, list[str]] = field(default_factory=dict)
 
     @property
@@ -148,7 +151,7 @@ def _mapping(document: dict[str, Any], name: str) -> ColumnMapping:
     return ColumnMapping(
         name, document["format"], Convention(**given).checked(name), sensors,
         document.get("time"), unit, float(rate) if isinstance(rate, int) else rate,
-        str(document.get("device", "")), document.get("delimiter"),
+        str(document.get("device", "")), document.get("delimiter"), str(document.get("remark", "")),
         {k: _columns(v, f"{name}: root.{k}") for k, v in root.items()},
     )  # fmt: skip
 

@@ -54,6 +54,7 @@ def read(paths: list[Path], options: ReadOptions) -> Source:
         {"device": mapping.device or "unknown", "mapping": Path(mapping.name).name,
          "sampling_rate_hz": sensors[0].rate_hz,
          "clock": f"variable {mapping.time}" if mapping.time else "even, at the given rate"},
+        remarks=(mapping.remark,) if mapping.remark else (),
         root=_root(mapping, variables, file, sensors[0].time),
     )  # fmt: skip
 

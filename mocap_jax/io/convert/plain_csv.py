@@ -51,6 +51,7 @@ def read(paths: list[Path], options: ReadOptions) -> Source:
          "sampling_rate_hz": sensors[0].rate_hz,
          "clock": f"column {mapping.time}" if mapping.time else "even, at the given rate"},
         tuple(text for t in tables.values() for text in t.salvage),
+        (mapping.remark,) if mapping.remark else (),
         root=_root(mapping, files, tables, options),
     )  # fmt: skip
 
