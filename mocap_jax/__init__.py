@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from mocap_jax.body import site_frames as site_frames
     from mocap_jax.body import transport as transport
     from mocap_jax.compilation_cache import enable_compilation_cache as enable_compilation_cache
+    from mocap_jax.conversion import ConvertOptions as ConvertOptions
+    from mocap_jax.conversion import convert as convert
     from mocap_jax.errors import InputError as InputError
     from mocap_jax.errors import MocapError as MocapError
     from mocap_jax.errors import SolveError as SolveError
@@ -41,7 +43,9 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import ekf as ekf
     from mocap_jax.estimate import optimise as optimise
     from mocap_jax.initialise import SensorCheck as SensorCheck
+    from mocap_jax.initialise import check_readings as check_readings
     from mocap_jax.initialise import check_sensors as check_sensors
+    from mocap_jax.initialise import with_orientations as with_orientations
     from mocap_jax.io import export_motion as export_motion
     from mocap_jax.io import read_recording as read_recording
     from mocap_jax.io import read_solution as read_solution
@@ -81,13 +85,14 @@ if TYPE_CHECKING:
 _HOME = {
     "body": ("Body", "difference", "frames", "load_body", "retract", "site_frames", "transport"),
     "compilation_cache": ("enable_compilation_cache",),
+    "conversion": ("ConvertOptions", "convert"),
     "errors": ("InputError", "MocapError", "SolveError"),
     "estimate": (
         "ConstantsOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions", "PriorOptions",
         "UserResidual", "check_residual", "differentiable", "differentiable_ekf", "ekf",
         "optimise",
     ),
-    "initialise": ("SensorCheck", "check_sensors"),
+    "initialise": ("SensorCheck", "check_readings", "check_sensors", "with_orientations"),
     "io": (
         "export_motion", "read_recording", "read_solution", "write_recording", "write_solution",
     ),

@@ -21,7 +21,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("io", "measurement", "metrics"),
     ("residuals", "simulation"),
     ("initialise",),
-    ("estimate",),
+    ("estimate", "conversion"),
     ("placement",),
     ("report",),
     ("cli",),

@@ -3,6 +3,7 @@
 from mocap_jax.initialise.check_readings import check_readings
 from mocap_jax.initialise.check_sensors import SensorCheck, check_sensors
 from mocap_jax.initialise.declared_pose import declared_pose
+from mocap_jax.initialise.orientations import with_orientations
 from mocap_jax.initialise.rest_options import RestOptions
 from mocap_jax.initialise.rest_pose import RestEstimate, declared_rest, rest_pose
 from mocap_jax.initialise.still import Still, find_still
@@ -18,4 +19,5 @@ __all__ = [
     "declared_rest",
     "find_still",
     "rest_pose",
+    "with_orientations",
 ]

@@ -85,7 +85,9 @@ def _unit_faults(
             gravity = float(np.nanmedian(norm)) if np.isfinite(norm).any() else float("nan")
         measures[name] = {"gravity": gravity, "rate_misfit": float(misfit[i])}
     measured = [np.isfinite(series[n].force).any() for n in names]
-    unrested = [n for n, (_, end), m in zip(names, rests, measured, strict=True) if end is None and m]
+    unrested = [
+        n for n, (_, end), m in zip(names, rests, measured, strict=True) if end is None and m
+    ]
     return faults, measures, unrested
 
 

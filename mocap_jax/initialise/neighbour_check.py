@@ -1,8 +1,8 @@
 """Sensors that look exchanged, without a body or a mounting: neighbours turn alike.
 
 Angular velocities in the world of neighbouring segments differ less than those of others. In the
-world they do not depend on how a sensor is mounted; a constant heading offset between two sensors is
-taken out pair by pair. Needs orientations, and says nothing of left and right exchanged as a whole.
+world they do not depend on how a sensor is mounted; a constant heading offset between two sensors
+is taken out pair by pair. Needs orientations; says nothing of left and right exchanged as a whole.
 """
 
 from __future__ import annotations

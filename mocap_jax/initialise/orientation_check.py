@@ -59,7 +59,7 @@ class Fit(NamedTuple):
 
 
 def orientation_faults(series: dict[str, Series]) -> dict[str, list[str]]:
-    """What is wrong with each sensor's orientations, in sentences; sensors without one are left out.
+    """What is wrong with each sensor's orientations; sensors without any are left out.
 
     A wrong convention is one of the whole file: the reading that fits all sensors best is named for
     those that it explains decisively better.

@@ -1,10 +1,10 @@
-"""Recordings of other systems: one file a format, each returns a `Source`; `build` makes it ours."""
+"""Recordings of other systems: a file a format, each returns a `Source`; `build` makes it ours."""
 
 from mocap_jax.io.convert.build import left_out, recording_of, worn_sensors
 from mocap_jax.io.convert.columns import is_column_mapping, presets, read_column_mapping
 from mocap_jax.io.convert.convention import (
-    ACCELEROMETER_UNITS,
     ACCELERATIONS,
+    ACCELEROMETER_UNITS,
     GYROSCOPE_UNITS,
     MAGNETOMETER_UNITS,
     QUATERNION_DIRECTIONS,

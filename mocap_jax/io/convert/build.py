@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -65,7 +66,9 @@ def left_out(source: Source, worn: dict[str, Worn]) -> tuple[str, ...]:
 
 
 def recording_of(
-    source: Source, worn: dict[str, Worn], overrides: Overrides = Overrides()  # noqa: B008
+    source: Source,
+    worn: dict[str, Worn],
+    overrides: Overrides = Overrides(),  # noqa: B008
 ) -> Recording:
     """The recording, without a body.
 
@@ -89,7 +92,7 @@ def recording_of(
         if sensor.magnetic is not None:
             magnetic[name] = _magnetic(sensor, convention, start)
     facts: dict[str, str | float | int | bool] = {
-        "source_format": source.format, "source": source.name, **source.facts,
+        "source_format": source.format, "source": Path(source.name).name, **source.facts,
         **convention.facts(), **_worn_facts(worn),
     }  # fmt: skip
     return Recording(

@@ -11,9 +11,7 @@ COUNTER_SIZE = 1 << 16
 """Packet counters have 16 bits."""
 
 
-def unwrapped(
-    counter: Int[np.ndarray, "n"], where: str, first_line: int
-) -> Int[np.ndarray, "n"]:
+def unwrapped(counter: Int[np.ndarray, "n"], where: str, first_line: int) -> Int[np.ndarray, "n"]:
     """A packet counter without its wrap-arounds, from its own first value on.
 
     Args:
@@ -98,4 +96,5 @@ def nominal_rate(time: Float[np.ndarray, "n"], given: float | None, where: str) 
         return given
     if len(time) < 2:
         raise InputError(f"{where}: one sample only; its sampling rate must be given")
-    return float(1.0 / np.median(np.diff(time)))
+    # To a millionth: steps of times in binary are not quite even.
+    return float(f"{1.0 / np.median(np.diff(time)):.7g}")

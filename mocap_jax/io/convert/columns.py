@@ -1,35 +1,35 @@
 """Mappings of columns or variables (TOML): what a plain CSV or MATLAB file holds, and where.
 
-    format = "csv"                           # or "mat"
-    time = "t"                               # column or variable; or rate_hz instead
-    time_unit = "s"                          # s, ms, us or ns
-    rate_hz = 100.0                          # number, or name of a variable
-    accelerometer_unit = "g"                 # m/s^2 (default), g, mg
-    gyroscope_unit = "deg/s"                 # rad/s (default), deg/s, mdeg/s, rev/s
-    magnetometer_unit = "uT"                 # T, mT, uT (default), nT, G, mG, a.u.
-    quaternion_order = "xyzw"                # wxyz (default) or xyzw
-    quaternion_direction = "sensor-to-world" # or world-to-sensor
-    gravity_sign = 1                         # -1: reads -g along up at rest
-    acceleration = "specific-force"          # free-world, free-sensor: gravity was removed
-    world_up = "z"                           # y, x or -z
-    heading = "magnetic north"               # in words
-    remark = "Second visit."                 # said after every conversion
+format = "csv"                           # or "mat"
+time = "t"                               # column or variable; or rate_hz instead
+time_unit = "s"                          # s, ms, us or ns
+rate_hz = 100.0                          # number, or name of a variable
+accelerometer_unit = "g"                 # m/s^2 (default), g, mg
+gyroscope_unit = "deg/s"                 # rad/s (default), deg/s, mdeg/s, rev/s
+magnetometer_unit = "uT"                 # T, mT, uT (default), nT, G, mG, a.u.
+quaternion_order = "xyzw"                # wxyz (default) or xyzw
+quaternion_direction = "sensor-to-world" # or world-to-sensor
+gravity_sign = 1                         # -1: reads -g along up at rest
+acceleration = "specific-force"          # free-world, free-sensor: gravity was removed
+world_up = "z"                           # y, x or -z
+heading = "magnetic north"               # in words
+remark = "Second visit."                 # said after every conversion
 
-    [[sensors]]
-    segment = "T8"
-    name = "chest"                           # default: the segment's name
-    file = "chest.csv"                       # CSV only, where each sensor has a file
-    time = "t_chest"                         # where sensors have their own
-    accelerometer = ["ax", "ay", "az"]       # three columns, or one variable (n, 3)
-    gyroscope = "chest.gyr"                  # `.` goes into structures, `[3:6]` takes columns
-    magnetometer = ["mx", "my", "mz"]
-    orientation = ["qw", "qx", "qy", "qz"]   # four columns, or nine of a matrix, row by row
-    mount_position = [0.1, 0.0, 0.2]         # in the segment's frame [m]
-    mount_orientation = [1.0, 0.0, 0.0, 0.0] # R_segment_sensor (wxyz)
+[[sensors]]
+segment = "T8"
+name = "chest"                           # default: the segment's name
+file = "chest.csv"                       # CSV only, where each sensor has a file
+time = "t_chest"                         # where sensors have their own
+accelerometer = ["ax", "ay", "az"]       # three columns, or one variable (n, 3)
+gyroscope = "chest.gyr"                  # `.` goes into structures, `[3:6]` takes columns
+magnetometer = ["mx", "my", "mz"]
+orientation = ["qw", "qx", "qy", "qz"]   # four columns, or nine of a matrix, row by row
+mount_position = [0.1, 0.0, 0.2]         # in the segment's frame [m]
+mount_orientation = [1.0, 0.0, 0.0, 0.0] # R_segment_sensor (wxyz)
 
-    [root]                                   # an externally measured pose of the root segment
-    position = "opt_pos"
-    orientation = "opt_quat"
+[root]                                   # an externally measured pose of the root segment
+position = "opt_pos"
+orientation = "opt_quat"
 """
 
 from __future__ import annotations
@@ -116,7 +116,9 @@ def read_column_mapping(mapping: str | None, wanted: str, where: str) -> ColumnM
         )
     path = presets().get(mapping, Path(mapping))
     if not path.is_file():
-        raise InputError(f"{mapping}: no such mapping file or {unknown_name('preset', mapping, presets())}")
+        raise InputError(
+            f"{mapping}: no such mapping file or {unknown_name('preset', mapping, presets())}"
+        )
     document = parse_toml(path)
     _known(document, _TOP, str(path))
     kind = document.get("format")
@@ -142,6 +144,12 @@ def _mapping(document: dict[str, Any], name: str) -> ColumnMapping:
         raise InputError(f"{name}: 'rate_hz' must be a number or the name of a variable")
     sensors = tuple(_sensor(e, f"{name}: sensors[{i}]") for i, e in enumerate(entries))
     names = [s.worn.name for s in sensors]
+    identities = [s.worn.identity for s in sensors]
+    if len(set(identities)) < len(identities):  # several sensors of one file
+        sensors = tuple(
+            dataclasses.replace(s, worn=dataclasses.replace(s.worn, identity=s.worn.name))
+            for s in sensors
+        )
     if twice := next((n for n in names if names.count(n) > 1), None):
         raise InputError(f"{name}: sensor '{twice}' is there twice; give each a name of its own")
     root = document.get("root", {})
@@ -166,9 +174,16 @@ def _sensor(entry: dict[str, Any], where: str) -> SensorColumns:
         raise InputError(f"{where}: needs a segment or a name")
     mount = {k.removeprefix("mount_"): v for k, v in entry.items() if k.startswith("mount_")}
     position, orientation = mount_of(mount, where)
-    worn = Worn(name, segment_of(segment) if segment else "", name, position, orientation)
     columns = {k: _columns(entry[k], f"{where}: {k}") for k in _KINDS if k in entry}
+    identity = entry.get("file") or _structure(columns) or name
+    worn = Worn(identity, segment_of(segment) if segment else "", name, position, orientation)
     return SensorColumns(worn, columns, entry.get("file"), entry.get("time"))
+
+
+def _structure(columns: dict[str, list[str]]) -> str:
+    """The structure that holds all variables of a sensor, which is what the file calls it."""
+    parents = {n.rpartition(".")[0] for names in columns.values() for n in names}
+    return parents.pop() if len(parents) == 1 else ""
 
 
 def _columns(value: Any, where: str) -> list[str]:

@@ -180,7 +180,11 @@ def mount_of(
         InputError: not three numbers, or not a unit quaternion.
     """
     position = numbers(entry["position"], 3, f"{where}: position") if "position" in entry else None
-    turn = numbers(entry["orientation"], 4, f"{where}: orientation") if "orientation" in entry else None
+    turn = (
+        numbers(entry["orientation"], 4, f"{where}: orientation")
+        if "orientation" in entry
+        else None
+    )
     if turn is not None:
         length = math.hypot(*turn)
         if abs(length - 1) > 1e-2:

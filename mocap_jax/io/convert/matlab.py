@@ -162,7 +162,7 @@ def _sensor(
     count = next(iter(lengths.values()))
     time, rate = _time(sensor.time or mapping.time, count, mapping, variables, file, options)
     return SensorSamples(
-        sensor.worn.name, time, rate, values.get("accelerometer"), values.get("gyroscope"),
+        sensor.worn.identity, time, rate, values.get("accelerometer"), values.get("gyroscope"),
         values.get("orientation"), magnetic=values.get("magnetometer"),
     )  # fmt: skip
 

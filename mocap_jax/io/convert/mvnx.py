@@ -192,9 +192,7 @@ def _time(file: Path, content: _Content, options: ReadOptions) -> tuple[np.ndarr
     return (even if fits else stamped), rate
 
 
-def _rates(
-    fields: dict[str, np.ndarray], content: _Content
-) -> tuple[np.ndarray | None, str]:
+def _rates(fields: dict[str, np.ndarray], content: _Content) -> tuple[np.ndarray | None, str]:
     """Angular velocities in the sensor frames, and where they come from."""
     if "sensorAngularVelocity" in fields:
         return fields["sensorAngularVelocity"], "sensors"

@@ -85,7 +85,7 @@ def _sensor(
             matrices = values[kind].reshape(-1, 3, 3)
             values[kind] = quaternions_of_matrices(matrices, str(table.path))
     return SensorSamples(
-        sensor.worn.name, time, rate, values.get("accelerometer"), values.get("gyroscope"),
+        sensor.worn.identity, time, rate, values.get("accelerometer"), values.get("gyroscope"),
         values.get("orientation"), magnetic=values.get("magnetometer"),
     )  # fmt: skip
 

@@ -89,7 +89,9 @@ def _frames(
         raise InputError(
             f"{file}: line {numbered[1][0]}: {width} words, expected a name and 7 or 13 numbers"
         )
-    values, frames, whole = [], [], len(numbered) // (count + 1)
+    whole = len(numbered) // (count + 1)
+    values: list[list[np.ndarray]] = []
+    frames: list[int] = []
     for k in range(whole):
         (line, number), *block = numbered[k * (count + 1) : (k + 1) * (count + 1)]
         last = k == whole - 1
@@ -103,7 +105,9 @@ def _frames(
     return names, *_stacked(values, frames, file), lost
 
 
-def _stacked(values: list, frames: list[int], file: Path) -> tuple[np.ndarray, np.ndarray]:
+def _stacked(
+    values: list[list[np.ndarray]], frames: list[int], file: Path
+) -> tuple[np.ndarray, np.ndarray]:
     numbers = np.array(frames)
     if not len(numbers):
         raise InputError(f"{file}: holds no whole frame")

@@ -79,9 +79,7 @@ def _file(folder: Path, *names: str) -> Path | None:
     return next((files[n] for n in names if n in files), None)
 
 
-def _device(
-    folder: Path, options: ReadOptions
-) -> tuple[SensorSamples, list[str], dict[str, str]]:
+def _device(folder: Path, options: ReadOptions) -> tuple[SensorSamples, list[str], dict[str, str]]:
     file = _file(folder, *_INERTIAL)
     assert file is not None
     table = read_table(file)

@@ -211,8 +211,9 @@ def _start(read: list[_File], clocks: list[np.ndarray], rate: float) -> int | No
     values = [float(table.column(n)[0]) for n in names]
     if not np.isfinite(values).all() or values[0] < 1971:
         return None
+    year, month, day, hour, minute, second = (int(v) for v in values)
     try:
-        moment = datetime.datetime(*(int(v) for v in values), tzinfo=datetime.UTC)
+        moment = datetime.datetime(year, month, day, hour, minute, second, tzinfo=datetime.UTC)
     except ValueError:
         return None
     nano = float(table.column("UTC_Nano")[0]) if table.has("UTC_Nano") else 0.0
