@@ -1,7 +1,7 @@
 """APDM recordings (Opal v2 and later, Mobility Lab): HDF5, and CSV with the same quantities.
 
 HDF5: `/Sensors/<id>/{Time, Accelerometer, Gyroscope, Magnetometer}` (microseconds since 1970,
-m/s^2, rad/s, uT), `/Sensors/<id>/Configuration` with the attributes `Label 0` and `Sample Rate`, and
+m/s^2, rad/s, uT), the attributes `Label 0` and `Sample Rate` of `/Sensors/<id>/Configuration`, and
 `/Processed/<id>/Orientation` (wxyz, sensor to a north-west-up world).
 """
 

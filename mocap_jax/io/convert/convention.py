@@ -176,7 +176,7 @@ def to_specific_force(
         in_world = force[good] @ WORLD_UPS[convention.world_up].T
         out[good] = R_world_sensor.inv().apply(in_world + up)
     else:
-        out[good] = force[good] + R_world_sensor.inv().apply(np.broadcast_to(up, (good.sum(), 3)))
+        out[good] = force[good] + R_world_sensor.inv().apply(up)
     return out
 
 
