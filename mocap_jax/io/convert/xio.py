@@ -171,7 +171,8 @@ def interpolated(
         out[wanted == t[0]] = quaternion[good][0]
         return out
     after = np.clip(np.searchsorted(t, wanted), 1, len(t) - 1)
-    inside = (wanted >= t[0]) & (wanted <= t[-1]) & (t[after] - t[after - 1] <= gap)
+    exact = (wanted == t[after]) | (wanted == t[after - 1])
+    inside = (wanted >= t[0]) & (wanted <= t[-1]) & (exact | (t[after] - t[after - 1] <= gap))
     slerp = Slerp(t, Rotation.from_quat(quaternion[good], scalar_first=True))
     if inside.any():
         out[inside] = slerp(wanted[inside]).as_quat(scalar_first=True)
