@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from mocap_jax.cli.exit_codes import FAILURE, SALVAGED, SUCCESS, UsageError, unknown_choice
+from mocap_jax.cli.exit_codes import SALVAGED, SUCCESS, UsageError, unknown_choice
 from mocap_jax.cli.files import output_file
 from mocap_jax.cli.parser import positive_float
 
@@ -107,9 +107,6 @@ def run(arguments: argparse.Namespace) -> int:
     source = arguments.sources[0]
     for text in (*result.findings, *result.recording.salvage):
         print(f"mocap-jax: warning: {source}: {text}", file=sys.stderr)
-    if arguments.strict and result.findings:
-        print(f"mocap-jax: error: {source}: not written, as --strict says", file=sys.stderr)
-        return FAILURE
     print(summary(result))
     write_recording(output, result.recording)
     print(f"wrote {output}")
@@ -148,6 +145,7 @@ def _options(arguments: argparse.Namespace) -> ConvertOptions:
     return ConvertOptions(
         rate_hz=arguments.rate,
         trial=arguments.trial,
+        strict=arguments.strict,
         gravity_sign=None if sign is None else int(sign),
         **{k: getattr(arguments, k) for k in _CHOICES if k not in ("format", "gravity_sign")},
     )

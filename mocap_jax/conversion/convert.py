@@ -113,7 +113,8 @@ def converted(
     findings, unchecked = _checks(recording, worn)
     findings = with_hints(findings)
     if options.strict and findings:
-        raise InputError(f"{source.name}: {findings[0]}")
+        more = f" ({len(findings) - 1} more findings)" if len(findings) > 1 else ""
+        raise InputError(f"{source.name}: {findings[0]}{more}")
     return Converted(recording, findings, (*remarks, *told, *unchecked))
 
 

@@ -15,6 +15,8 @@ from mocap_jax.recording import InertialStream, Recording
 _GRAVITY = 9.80665
 # Rates are compared with gravity over this time after a rest [s].
 _SPAN = 12.0
+# Longer gaps in that time make rates useless for it [s].
+_GAP = 0.1
 
 
 def check_readings(recording: Recording, segments: dict[str, str] | None = None) -> SensorCheck:
@@ -103,4 +105,14 @@ def _after(
     time = float(stream.time[0]) + end * series.step + np.arange(count) / RATE_HZ
     rate = averaged(stream.time, stream.gyroscope, time) - offset
     force = averaged(stream.time, stream.accelerometer, time)
+    if _longest_gap(stream, time[0], time[-1]) > _GAP:  # what turned in it is not known
+        rate = np.full_like(rate, np.nan)
     return rate, force
+
+
+def _longest_gap(stream: InertialStream, start: float, end: float) -> float:
+    """Longest time without readings between two times [s]."""
+    time = np.asarray(stream.time)
+    both = np.hstack([stream.accelerometer, stream.gyroscope])
+    good = time[np.isfinite(both).all(axis=1) & (time >= start) & (time <= end)]
+    return float(np.diff(good).max(initial=0.0))

@@ -26,6 +26,9 @@ _PARENT = {
 """Of Xsens' 23 segments."""
 # Less motion than this tells nothing [rad/s]; fewer sensors have no neighbours to compare.
 _LEAST, _FEWEST = 0.3, 3
+# An exchange must lower the cost by this much, where motion is all the evidence: of real walking,
+# exchanges of shanks, feet and pelvis lower it by 10 and more, chance by 0.6.
+_MARGIN = 8.0
 
 
 def exchanged_neighbours(
@@ -52,7 +55,8 @@ def exchanged_neighbours(
     motion = np.broadcast_to(_pair_costs(rate), (len(edges), count, count))
     nothing = np.zeros((count, count))
     costs = Costs(nothing, nothing, edges, motion)
-    worn = exchanged(costs, nothing, np.ones(count, bool), parts=False).worn
+    movable = np.ones(count, bool)
+    worn = exchanged(costs, nothing, movable, parts=False, margin=_MARGIN).worn
     return [tuple(names[i] for i in group) for group in cycles(np.argsort(worn))]
 
 

@@ -11,6 +11,7 @@ import dataclasses
 
 import numpy as np
 from jaxtyping import Float
+from scipy.spatial.transform import Rotation
 
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.recording import InertialStream, MagneticStream, Recording
@@ -100,6 +101,7 @@ def _orientation(
     good = np.flatnonzero(np.isfinite(readings).all(axis=1))
     out = np.full((len(time), 4), np.nan)
     step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+    key = "quat6D" if magnetic is None else "quat9D"
     pieces = [
         p for p in np.split(good, np.flatnonzero(np.diff(time[good]) > _GAP) + 1)
         if len(p) > 1 and time[p[-1]] - time[p[0]] >= _SHORTEST
@@ -118,9 +120,12 @@ def _orientation(
             np.ascontiguousarray(even[:, 3:]), np.ascontiguousarray(even[:, :3]),
             None if field is None else np.ascontiguousarray(field), step,
         )  # fmt: skip
-        quaternion = result["quat6D" if field is None else "quat9D"]
+        # VQF's k-th orientation is that after the k-th rate, which is the mean over a step whose
+        # middle is stamped: half a step back.
+        end = Rotation.from_quat(result[key], scalar_first=True)
+        middle = end * Rotation.from_rotvec(-0.5 * step * even[:, 3:])
         near = np.clip(np.rint((at - grid[0]) / step).astype(int), 0, len(grid) - 1)
-        out[piece] = quaternion[near]
+        out[piece] = middle.as_quat(scalar_first=True)[near]
     return out, len(pieces)
 
 

@@ -111,6 +111,7 @@ def exchanged(
     movable: np.ndarray,
     *,
     parts: bool = True,
+    margin: float = _MARGIN,
 ) -> Assignment:
     """The assignment that explains the readings.
 
@@ -119,14 +120,15 @@ def exchanged(
         tilt: as of `tilts`; no sensor moves to a site where it is beyond `TURNED`.
         movable: mask of the sensors that may be exchanged.
         parts: whether inertial data or distances alone may be exchanged.
+        margin: by how much the cost must fall for an exchange of whole sensors to be believed.
     """
     sites = np.arange(len(movable))
     best = Assignment(sites, sites)
     allowed = ~(tilt > TURNED) & movable[:, None]
     current = costs.total(best)
     while True:
-        trials = list(_trials(best, allowed, parts))
-        gains = [current - costs.total(trial) - margin for trial, margin in trials]
+        trials = list(_trials(best, allowed, parts, margin))
+        gains = [current - costs.total(trial) - least for trial, least in trials]
         if not gains or max(gains) < 0:
             return best
         best = trials[gains.index(max(gains))][0]
@@ -134,14 +136,14 @@ def exchanged(
 
 
 def _trials(
-    current: Assignment, allowed: np.ndarray, parts: bool
+    current: Assignment, allowed: np.ndarray, parts: bool, margin: float
 ) -> Iterator[tuple[Assignment, float]]:
     """Assignments that differ by one exchange, each with how much better it must be."""
     worn = current.worn
     for a in range(len(worn)):
         for b in range(a):
             if allowed[worn[a], b] and allowed[worn[b], a]:
-                yield current.swapped(a, b, "both"), _MARGIN
+                yield current.swapped(a, b, "both"), margin
                 if parts:
                     yield current.swapped(a, b, "inertial"), _MARGIN_PART
             if parts and allowed[worn[a], a] and allowed[worn[b], b]:

@@ -36,20 +36,17 @@ def known(n: int = 600, rate: float = 100.0, seed: int = 0, rest: float = 1.5) -
     """Readings of `n` samples: `rest` seconds of rest, then a smooth motion of its own a seed."""
     rng = np.random.default_rng(seed)
     time = np.arange(n) / rate
-    moving = np.clip(time - rest, 0.0, None)
     frequency, phase = rng.uniform(0.3, 1.1, (2, 3)), rng.uniform(0.5, 1.0, (2, 3))
-    turn = phase[0] * np.sin(2 * np.pi * frequency[0] * moving[:, None]) * 1.6
-    start = Rotation.random(random_state=seed)
-    R_world_sensor = start * Rotation.from_rotvec(turn)
+
+    def turn(at: np.ndarray) -> Rotation:
+        moving = np.clip(at - rest, 0.0, None)[:, None]
+        return Rotation.from_rotvec(1.6 * phase[0] * np.sin(2 * np.pi * frequency[0] * moving))
+
+    R_world_sensor = Rotation.random(random_state=seed) * turn(time)
     # The rate over each sample's interval, from half a step before to half a step after.
-    before, after = (
-        Rotation.from_rotvec(
-            phase[0] * 1.6
-            * np.sin(2 * np.pi * frequency[0] * np.clip(moving + shift, 0, None)[:, None])
-        )
-        for shift in (-0.5 / rate, 0.5 / rate)
-    )  # fmt: skip
+    before, after = turn(time - 0.5 / rate), turn(time + 0.5 / rate)
     gyroscope = (before.inv() * after).as_rotvec() * rate
+    moving = np.clip(time - rest, 0.0, None)
     sway = phase[1] * np.sin(2 * np.pi * 2.0 * frequency[1] * moving[:, None])
     force = R_world_sensor.inv().apply(sway + [0.0, 0.0, GRAVITY])
     field = R_world_sensor.inv().apply(np.tile([0.0, 20e-6, -45e-6], (n, 1)))
