@@ -83,7 +83,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--trial", metavar="NAME", help="which trial of a folder with several")
     for key, choices in _CHOICES.items():
         parser.add_argument(
-            f"--{key.replace('_', '-')}", metavar=choices[0] if key == "format" else
+            f"--{key.replace('_', '-')}", metavar="NAME" if key == "format" else
             "|".join(choices), help=_HELP[key],
         )  # fmt: skip
     parser.add_argument("--strict", action="store_true", help="findings of the checks are errors")

@@ -106,9 +106,12 @@ def converted(
     recording = recording_of(source, worn, overrides)
     remarks = (*source.remarks, *left_out(source, worn))
     if options.orientation is not None:
+        measured = recording
         recording = with_orientations(
             recording, magnetometer=options.orientation == "vqf-magnetometer"
         )
+        if recording is measured:
+            remarks += ("All sensors measure orientation: none was estimated.",)
     recording, told = _on_body(recording, source, worn, body)
     findings, unchecked = _checks(recording, worn)
     findings = with_hints(findings)

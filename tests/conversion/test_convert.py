@@ -122,6 +122,13 @@ def test_orientations_by_vqf(tmp_path):
     assert "VQF" in recording.setup.provenance["orientation"]
 
 
+def test_measured_orientations_are_kept_and_that_is_said(folder):
+    pytest.importorskip("vqf")
+    result = converted(folder, options=ConvertOptions(orientation="vqf"))
+    assert "All sensors measure orientation: none was estimated." in result.remarks
+    assert "orientation" not in result.recording.setup.provenance
+
+
 def test_mvn_character_carries_the_segment_poses(tmp_path):
     file = tmp_path / "a.mvnx"
     file.write_text(document())

@@ -93,7 +93,9 @@ def _trial_and_serial(file: Path) -> tuple[str, str]:
 
 
 def _of_one_trial(files: list[Path], trial: str | None, paths: list[Path]) -> list[Path]:
-    files = [f for f in files if _looks_right(f)]
+    # A damaged export among sound ones must not be passed over.
+    named = [f for f in files if _SERIAL.match(f.stem)]
+    files = [f for f in files if f in named or f in paths or _looks_right(f)]
     if not files:
         raise InputError(f"{paths[0]}: no Xsens MT exports there (text files with a PacketCounter)")
     trials = sorted({_trial_and_serial(f)[0] for f in files})

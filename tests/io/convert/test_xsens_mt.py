@@ -169,6 +169,15 @@ def test_empty_and_foreign_folders_are_refused(tmp_path):
         read_source(tmp_path / "elsewhere")
 
 
+@pytest.mark.parametrize("content", ["", "// Update Rate: 100.0Hz\n", "\x00\xff" * 50])
+def test_a_damaged_file_among_sound_ones_is_not_passed_over(tmp_path, content):
+    write(tmp_path, known(30), "00B4AAAA")
+    file = write(tmp_path, known(30), "00B4BBBB")
+    file.write_text(content)
+    with pytest.raises(InputError, match=file.name):
+        recording(tmp_path)
+
+
 @pytest.fixture
 def opensense(shared_data) -> Path:
     return shared_data / "opensense_walking"
