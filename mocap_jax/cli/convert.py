@@ -44,6 +44,7 @@ _CHOICES = {
     "quaternion_order": ("wxyz", "xyzw"),
     "quaternion_direction": ("sensor-to-world", "world-to-sensor"),
     "gravity_sign": ("1", "-1"),
+    "acceleration": ("specific-force", "free-world", "free-sensor"),
     "world_up": ("z", "y", "x", "-z"),
     "orientation": ("vqf", "vqf-magnetometer"),
 }
@@ -55,6 +56,7 @@ _HELP = {
     "quaternion_order": "order of quaternions",
     "quaternion_direction": "what orientations map",
     "gravity_sign": "1: reads +g along up at rest; -1: along down",
+    "acceleration": "what accelerations are: free ones have gravity removed",
     "world_up": "axis of the source's world that points up",
     "orientation": "estimate orientations where sensors measure none",
 }

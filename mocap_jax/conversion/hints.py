@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from mocap_jax.io.convert import (
+    ACCELERATIONS,
     ACCELEROMETER_UNITS,
     GYROSCOPE_UNITS,
     QUATERNION_DIRECTIONS,
@@ -18,6 +19,7 @@ _CHOICES = {
     "--quaternion-order": QUATERNION_ORDERS,
     "--quaternion-direction": QUATERNION_DIRECTIONS,
     "--gravity-sign": ("1", "-1"),
+    "--acceleration": ACCELERATIONS,
     "--world-up": tuple(WORLD_UPS),
 }
 _OPTIONS = {
@@ -28,6 +30,7 @@ _OPTIONS = {
     "quaternions look": ("--quaternion-order",),
     "world-to-sensor": ("--quaternion-direction",),
     "gravity points down": ("--gravity-sign", "--world-up"),
+    "gravity seems to be removed": ("--acceleration",),
     "axis up, not z": ("--world-up",),
 }
 """Words of a finding -> options."""

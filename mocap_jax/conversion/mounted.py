@@ -10,7 +10,6 @@ from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.io.convert import Worn
 from mocap_jax.motion import XSENS_SEGMENTS, xsens_name
 from mocap_jax.recording import Recording
-from mocap_jax.simulation import Mounting, Suit, default_suit, mount
 
 _IDENTITY = (1.0, 0.0, 0.0, 0.0)
 
@@ -26,6 +25,9 @@ def mounted(recording: Recording, body: Body, worn: Iterable[Worn]) -> Recording
     Raises:
         InputError: a sensor whose segment is unknown or which the body does not have.
     """
+    # Imported here: the simulation is slow to load, and most conversions have no body.
+    from mocap_jax.simulation import Mounting, Suit, mount
+
     entries = [w for w in worn if w.name not in body.topology.site_names]
     segments = body.topology.body_names[1:]
     for entry in entries:
@@ -60,6 +62,8 @@ def _check_segment(entry: Worn, segments: tuple[str, ...]) -> None:
 
 def _usual_places(body: Body) -> dict[str, tuple[float, float, float]]:
     """Places of the standard suit's boards by segment; empty where it does not fit the body."""
+    from mocap_jax.simulation import default_suit
+
     try:
         suit = default_suit(body)
     except InputError:

@@ -29,6 +29,8 @@ class ConvertOptions:
     """sensor-to-world or world-to-sensor."""
     gravity_sign: int | None = None
     """1: at rest the accelerometer reads +g along up; -1: along down."""
+    acceleration: str | None = None
+    """specific-force, or gravity removed: free-world or free-sensor."""
     world_up: str | None = None
     """Axis of the files' world that points up: z, y, x or -z."""
     orientation: str | None = None

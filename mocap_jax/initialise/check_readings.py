@@ -85,7 +85,10 @@ def _unit_faults(
         gravity = float(np.linalg.norm(evidence.rest_force[i]))
         if not np.isfinite(gravity):
             gravity = float(np.nanmedian(norm)) if np.isfinite(norm).any() else float("nan")
-        measures[name] = {"gravity": gravity, "rate_misfit": float(misfit[i])}
+        measures[name] = {
+            "gravity": gravity, "tilt_deg": float("nan"), "distance_error": float("nan"),
+            "rate_misfit": float(misfit[i]),
+        }  # fmt: skip
     measured = [np.isfinite(series[n].force).any() for n in names]
     unrested = [
         n for n, (_, end), m in zip(names, rests, measured, strict=True) if end is None and m

@@ -9,7 +9,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "io" / "convert"))
 from known_motion import known
-from test_xsens_mt import write
+from xsens_files import write
 
 SALVAGED = 3
 

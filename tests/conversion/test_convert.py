@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
 import warnings
 
 import numpy as np
 import pytest
 from known_motion import known, same_rotations
+from mvnx_files import SEGMENTS, document
 from scipy.spatial.transform import Rotation
-from test_mvnx import SEGMENTS, document
-from test_xsens_mt import write as write_xsens
+from xsens_files import write as write_xsens
 
 import mocap_jax as mj
 from mocap_jax.body import load_body
@@ -89,6 +90,19 @@ def test_findings_are_warnings_with_the_options_that_help_and_errors_when_strict
     strict = ConvertOptions(quaternion_direction="world-to-sensor", strict=True)
     with pytest.raises(InputError, match="look like world-to-sensor"):
         convert(folder, mapping=folder / "map.toml", options=strict)
+
+
+def test_removed_gravity_is_found_and_brought_back(tmp_path):
+    motion = known(600)
+    gravity = motion.matrices[:, 2] * 9.80665  # up, in the sensor's frame
+    free = dataclasses.replace(motion, force=motion.force - gravity)
+    write_xsens(tmp_path, free, "00B4AAAA")
+    findings = converted(tmp_path).findings
+    assert any("gravity seems to be removed" in f and "--acceleration" in f for f in findings)
+    result = converted(tmp_path, options=ConvertOptions(acceleration="free-sensor"))
+    assert not result.findings
+    stream = result.recording.inertial["00B4AAAA"]
+    np.testing.assert_allclose(stream.accelerometer, motion.force, atol=1e-7)
 
 
 def test_sensors_that_the_mapping_does_not_name_are_left_out_and_said(folder):

@@ -26,6 +26,7 @@ def test_the_command_line_shows_what_there_is():
         ("magnetometer_unit", convert.MAGNETOMETER_UNITS),
         ("quaternion_order", convert.QUATERNION_ORDERS),
         ("quaternion_direction", convert.QUATERNION_DIRECTIONS),
+        ("acceleration", convert.ACCELERATIONS),
         ("world_up", convert.WORLD_UPS),
     ):
         assert _CHOICES[key] == tuple(there)
