@@ -65,6 +65,7 @@ def left_out(source: Source, worn: dict[str, Worn]) -> tuple[str, ...]:
     return (f"Sensors that the mapping does not name are left out: {', '.join(missing)}.",)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # absurd numbers are told by the checks
 def recording_of(
     source: Source,
     worn: dict[str, Worn],

@@ -28,6 +28,15 @@ def open_hdf5(file: Path) -> Iterator[Any]:
     try:
         document = h5py.File(file, "r")
     except OSError as error:
-        raise InputError(f"{file}: not a readable HDF5 file (truncated?): {error}") from error
+        raise InputError(
+            f"{file}: not a readable HDF5 file (truncated?): {_one_line(error)}"
+        ) from error
     with document:
-        yield document
+        try:
+            yield document
+        except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
+            raise InputError(f"{file}: a damaged HDF5 file: {_one_line(error)}") from error
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())

@@ -66,7 +66,6 @@ def load_variables(file: Path) -> dict[str, Any]:
         InputError: missing file, not a MATLAB file, v7.3 without `h5py`.
     """
     from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
 
     if not file.is_file():
         raise InputError(f"{file}: no such file")
@@ -76,8 +75,9 @@ def load_variables(file: Path) -> dict[str, Any]:
         return _load_v73(file)
     try:
         content = loadmat(file, simplify_cells=True)
-    except (MatReadError, ValueError, NotImplementedError, OSError, TypeError) as error:
-        raise InputError(f"{file}: not a readable MATLAB file: {error}") from error
+    except Exception as error:  # SciPy raises whatever it stumbles over in a damaged file
+        text = " ".join(str(error).split()) or type(error).__name__
+        raise InputError(f"{file}: not a readable MATLAB file: {text}") from error
     return {k: v for k, v in content.items() if not k.startswith("__")}
 
 
