@@ -9,6 +9,8 @@ from mocap_jax.errors import InputError
 
 COUNTER_SIZE = 1 << 16
 """Packet counters have 16 bits."""
+# Samples missing for each one there is, beyond which a counter is not believed.
+_MOST_GAPS = 20
 
 
 def unwrapped(counter: Int[np.ndarray, "n"], where: str, first_line: int) -> Int[np.ndarray, "n"]:
@@ -36,6 +38,21 @@ def unwrapped(counter: Int[np.ndarray, "n"], where: str, first_line: int) -> Int
                 f"({counter[i]}, then {counter[i + 1]}; {bad.size} such places)"
             )
     return counter[0] + np.concatenate([[0], np.cumsum(step)])
+
+
+def plausible_gaps(counter: Int[np.ndarray, "n"], where: str) -> None:
+    """Refuse counters that skip most of what they count, which damaged digits do.
+
+    Raises:
+        InputError: naming the worst jump.
+    """
+    span = int(counter[-1] - counter[0]) + 1
+    if span > COUNTER_SIZE + _MOST_GAPS * len(counter):
+        i = int(np.argmax(np.diff(counter)))
+        raise InputError(
+            f"{where}: counts {span} samples but holds {len(counter)} (jumps from {counter[i]} to "
+            f"{counter[i + 1]}: a damaged number?)"
+        )
 
 
 def on_one_clock(counters: list[np.ndarray], *, wraps: bool) -> list[np.ndarray]:

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from mocap_jax.errors import InputError
+from mocap_jax.io.convert.clock import plausible_gaps
 from mocap_jax.io.convert.convention import Convention
 from mocap_jax.io.convert.paths import files_of, one_file
 from mocap_jax.io.convert.source import ReadOptions, SensorSamples, Source
@@ -47,6 +48,7 @@ def read(paths: list[Path], options: ReadOptions) -> Source:
     names, values, frames, lost = _frames(file, numbered[1:], count)
     if frames[-1] - frames[0] + 1 < declared and not lost:
         lost = (f"{file.name}: declares {declared} frames, holds {len(frames)}.",)
+    plausible_gaps(frames, str(file))
     rate = options.rate_hz or RATE_HZ
     grid = np.arange(frames[-1] - frames[0] + 1)
     full = np.full((len(grid), count, values.shape[2]), np.nan)

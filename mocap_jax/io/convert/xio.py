@@ -57,7 +57,12 @@ def read(paths: list[Path], options: ReadOptions) -> Source:
         sensor, salvage, found = _device(folder, options)
         sensors.append(sensor)
         lost += salvage
-        units |= found
+        for key, unit in found.items():
+            if units.setdefault(key, unit) != unit:
+                raise InputError(
+                    f"{folder}: {key.replace('_', ' ')} is {unit}, of the devices before it "
+                    f"{units[key]}; convert them apart"
+                )
     return Source(
         NAME, str(paths[0]), tuple(sensors), Convention(**{**CONVENTION.__dict__, **units}),
         {"device": "x-io", "sampling_rate_hz": sensors[0].rate_hz,

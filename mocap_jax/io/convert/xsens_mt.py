@@ -15,7 +15,14 @@ from typing import NamedTuple
 import numpy as np
 
 from mocap_jax.errors import InputError, unknown_name
-from mocap_jax.io.convert.clock import COUNTER_SIZE, increasing, on_one_clock, unwrapped, with_gaps
+from mocap_jax.io.convert.clock import (
+    COUNTER_SIZE,
+    increasing,
+    on_one_clock,
+    plausible_gaps,
+    unwrapped,
+    with_gaps,
+)
 from mocap_jax.io.convert.convention import Convention, quaternions_of_matrices
 from mocap_jax.io.convert.paths import files_of, over
 from mocap_jax.io.convert.source import ReadOptions, SensorSamples, Source
@@ -125,6 +132,7 @@ def _read(file: Path, options: ReadOptions) -> _File:
         if value.strip():
             facts[key.strip()] = value.strip()
     counter, wraps = _counter(table, options, facts)
+    plausible_gaps(counter, str(file))
     return _File(table, _trial_and_serial(file)[1], facts, counter, wraps)
 
 

@@ -76,6 +76,7 @@ def test_missing_frames_are_gaps(tmp_path):
         (6, "Head", "expected a frame number"),
         (7, "Hand 1 0 0 0", "line 7: expected sensor Head with 13 numbers"),
         (6, "1", "frame 1 follows frame 1"),
+        (158, "4000000000", "counts 4000000000 samples but holds 40"),
     ],
 )
 def test_wrong_files_are_refused(tmp_path, line, text, words):

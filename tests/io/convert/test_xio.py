@@ -83,6 +83,13 @@ def test_ngimu_round_trip(tmp_path):
     np.testing.assert_allclose(read.magnetic["device"].field, motion.field, atol=1e-11)
 
 
+def test_devices_of_different_units_are_refused(tmp_path):
+    x_imu3(tmp_path / "a", known(50))
+    ngimu(tmp_path / "b", known(50))
+    with pytest.raises(InputError, match=r"b: magnetometer unit is uT, of the devices before.*a.u"):
+        recording(tmp_path)
+
+
 def test_orientations_are_not_interpolated_over_gaps():
     motion = known(100)
     kept = np.r_[0:40, 60:100]

@@ -73,6 +73,14 @@ def test_missing_packets_become_gaps(tmp_path):
     assert len(read.salvage) == 1 and "3 packets are missing" in read.salvage[0]
 
 
+def test_a_counter_with_a_damaged_digit_is_refused(tmp_path):
+    counters = np.arange(70_000, 70_060)
+    counters[40:] += 9_000_000
+    write(tmp_path, known(60), counters=counters)
+    with pytest.raises(InputError, match=r"holds 60 \(jumps from 70039 to 9070040"):
+        recording(tmp_path)
+
+
 def test_truncated_last_row_is_salvaged(tmp_path):
     file = write(tmp_path, known(30))
     text = file.read_text().rstrip("\n")
