@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from mocap_jax.body import site_frames as site_frames
     from mocap_jax.body import transport as transport
     from mocap_jax.compilation_cache import enable_compilation_cache as enable_compilation_cache
+    from mocap_jax.conversion import ConvertOptions as ConvertOptions
+    from mocap_jax.conversion import convert as convert
     from mocap_jax.errors import InputError as InputError
     from mocap_jax.errors import MocapError as MocapError
     from mocap_jax.errors import SolveError as SolveError
@@ -46,7 +48,9 @@ if TYPE_CHECKING:
     from mocap_jax.initialise import Heading as Heading
     from mocap_jax.initialise import SensorCheck as SensorCheck
     from mocap_jax.initialise import calibrate_to_pose as calibrate_to_pose
+    from mocap_jax.initialise import check_readings as check_readings
     from mocap_jax.initialise import check_sensors as check_sensors
+    from mocap_jax.initialise import with_orientations as with_orientations
     from mocap_jax.io import export_motion as export_motion
     from mocap_jax.io import read_recording as read_recording
     from mocap_jax.io import read_solution as read_solution
@@ -92,6 +96,7 @@ if TYPE_CHECKING:
 _HOME = {
     "body": ("Body", "difference", "frames", "load_body", "retract", "site_frames", "transport"),
     "compilation_cache": ("enable_compilation_cache",),
+    "conversion": ("ConvertOptions", "convert"),
     "errors": ("InputError", "MocapError", "SolveError"),
     "estimate": (
         "ConstantsOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions",
@@ -99,7 +104,10 @@ _HOME = {
         "differentiable", "differentiable_ekf", "ekf", "optimise", "orientation_pass",
         "sparse_options",
     ),
-    "initialise": ("Heading", "SensorCheck", "calibrate_to_pose", "check_sensors"),
+    "initialise": (
+        "Heading", "SensorCheck", "calibrate_to_pose", "check_readings", "check_sensors",
+        "with_orientations",
+    ),
     "io": (
         "export_motion", "read_recording", "read_solution", "write_recording", "write_solution",
     ),

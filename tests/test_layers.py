@@ -21,7 +21,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("io", "measurement", "metrics"),
     ("residuals", "simulation", "pose_prior"),
     ("initialise",),
-    ("estimate",),
+    ("estimate", "conversion"),
     ("placement",),
     ("report",),
     ("cli",),
