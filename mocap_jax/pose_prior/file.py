@@ -18,15 +18,16 @@ _DIGITS = 7
 
 def save_pose_prior(path: str | os.PathLike[str], prior: PosePrior) -> None:
     """Write a prior, whole or not at all."""
-    lower = prior.covariance[np.tril_indices(len(prior.covariance))]
-    document = {
+    document: dict[str, object] = {
         "name": prior.name,
         "provenance": prior.provenance,
         "correlation_time": prior.correlation_time,
         "joints": [list(joint) for joint in prior.joints],
         "mean": _rounded(prior.mean).tolist(),
-        "covariance": _rounded(lower).tolist(),
+        "covariance": _triangle(prior.covariance),
     }
+    if prior.mobility is not None:
+        document["mobility"] = _triangle(prior.mobility)
     with atomic_file(path) as stream:
         stream.write((json.dumps(document, indent=None) + "\n").encode())
 
@@ -37,7 +38,7 @@ def load_pose_prior(path: str | os.PathLike[str]) -> PosePrior:
     The file is JSON: `joints` (pairs of child and parent segment, Xsens names), `mean` (quaternions
     wxyz of the child's anatomical frame in the parent's), `covariance` (of the rotation vectors
     about it [rad^2]: the whole matrix, or its lower triangle row by row), `correlation_time` [s],
-    and, if you like, `name` and `provenance`.
+    and, if you like, `mobility` (like `covariance`, [rad^2/s]), `name` and `provenance`.
 
     Raises:
         InputError: no such file, not JSON, an entry missing, or values that are no prior.
@@ -51,7 +52,8 @@ def load_pose_prior(path: str | os.PathLike[str]) -> PosePrior:
         return PosePrior(
             joints, np.array(document["mean"], float).reshape(-1, 4),
             _matrix(document["covariance"], 3 * len(joints)),
-            float(document["correlation_time"]), str(document.get("name", Path(path).stem)),
+            float(document["correlation_time"]), _mobility(document, 3 * len(joints)),
+            str(document.get("name", Path(path).stem)),
             dict(document.get("provenance", {})),
         )  # fmt: skip
     except InputError as error:
@@ -70,6 +72,14 @@ def _parse(path: Path) -> dict:
     if not isinstance(document, dict):
         raise InputError(f"{path}: not a pose prior: expected an object with {', '.join(_NEEDED)}")
     return document
+
+
+def _mobility(document: dict, size: int) -> np.ndarray | None:
+    return _matrix(document["mobility"], size) if "mobility" in document else None
+
+
+def _triangle(matrix: np.ndarray) -> list[float]:
+    return _rounded(matrix[np.tril_indices(len(matrix))]).tolist()
 
 
 def _rounded(values: np.ndarray) -> np.ndarray:

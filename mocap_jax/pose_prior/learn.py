@@ -37,6 +37,10 @@ _RATE = 30.0  # Hz: poses change little within a thirtieth of a second
 # Both figures give the highest likelihood of people left out (scripts/learn_pose_prior --compare).
 SHRINKAGE = 0.3
 FLOOR = 0.1
+# Changes of poses over this time count [s]; over less, motion goes on and changes are no walk.
+_LAG = 0.25
+# The least mobility: real joints are no perfect hinges [rad/sqrt(s)].
+PACE_FLOOR = 0.05
 _STEPS = 20
 # Reflection in the sagittal plane, in anatomical axes (Z points to the right).
 _MIRROR = np.diag([1.0, 1.0, -1.0])
@@ -82,11 +86,36 @@ def learn_pose_prior(
         "shrinkage": shrinkage,
         "floor": floor,
     }
+    mobility = _mobility(both, mean, shrinkage)
     return PosePrior(
-        tuple(joints), Rotation.from_matrix(mean).as_quat(scalar_first=True),
-        spread + floor**2 * np.eye(len(spread)), _correlation_time(list(clips.values())),
-        name, facts,
-    )  # fmt: skip
+        tuple(joints),
+        Rotation.from_matrix(mean).as_quat(scalar_first=True),
+        spread + floor**2 * np.eye(len(spread)),
+        _correlation_time(list(clips.values())),
+        mobility,
+        name,
+        facts,
+    )
+
+
+def _mobility(
+    clips: list[Float[np.ndarray, "t j 3 3"]], mean: Float[np.ndarray, "j 3 3"], shrinkage: float
+) -> Float[np.ndarray, "3j 3j"]:
+    """Covariance of changes per second; clips count by the root of their duration."""
+    lag = round(_LAG * _RATE)
+    long = [c for c in clips if len(c) > 2 * lag]
+    size = 3 * len(mean)
+    total, weight = PACE_FLOOR**2 * np.eye(size), 0.0
+    squares = np.zeros((size, size))
+    for clip in long:
+        away = (np.swapaxes(mean, -1, -2) @ clip).reshape(-1, 3, 3)
+        x = Rotation.from_matrix(away).as_rotvec().reshape(len(clip), size)
+        change = x[lag:] - x[:-lag]
+        squares += len(clip) ** 0.5 * (change.T @ change) / (len(change) * lag / _RATE)
+        weight += len(clip) ** 0.5
+    if weight:
+        squares /= weight
+    return total + (1 - shrinkage) * squares + shrinkage * np.diag(np.diag(squares))
 
 
 def _thinned(motion: Motion, joints: Sequence[tuple[str, str]]) -> Float[np.ndarray, "t j 3 3"]:

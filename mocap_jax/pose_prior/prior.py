@@ -37,6 +37,9 @@ class PosePrior:
     """Of the rotation vectors, in the child's frame at the mean [rad^2]."""
     correlation_time: float
     """Poses this far apart are about independent of each other [s]."""
+    mobility: Float[np.ndarray, "3j 3j"] | None = None
+    """Covariance of the change of the rotation vectors over a quarter of a second, per second
+    [rad^2/s]; None where it is not known."""
     name: str = ""
     """What solutions call it."""
     provenance: dict[str, str | float | int] = field(default_factory=dict)
@@ -46,7 +49,11 @@ class PosePrior:
         n = len(self.joints)
         object.__setattr__(self, "mean", np.asarray(self.mean, float))
         object.__setattr__(self, "covariance", np.asarray(self.covariance, float))
-        for name, shape in (("mean", (n, 4)), ("covariance", (3 * n, 3 * n))):
+        shapes: dict[str, tuple[int, int]] = {"mean": (n, 4), "covariance": (3 * n, 3 * n)}
+        if self.mobility is not None:
+            object.__setattr__(self, "mobility", np.asarray(self.mobility, float))
+            shapes["mobility"] = (3 * n, 3 * n)
+        for name, shape in shapes.items():
             if getattr(self, name).shape != shape:
                 raise InputError(
                     f"pose prior: {name} has shape {getattr(self, name).shape}; "
@@ -58,14 +65,9 @@ class PosePrior:
             raise InputError("pose prior: mean holds quaternions (wxyz) that are not of length 1")
         if not self.correlation_time > 0:
             raise InputError(f"pose prior: correlation_time {self.correlation_time}: must be > 0")
-        self._check_covariance()
-
-    def _check_covariance(self) -> None:
-        matrix = self.covariance
-        if not np.isfinite(matrix).all() or (abs(matrix - matrix.T) > _TOLERANCE).any():
-            raise InputError("pose prior: the covariance is not symmetric or not finite")
-        if len(matrix) and np.linalg.eigvalsh(matrix)[0] <= 0:
-            raise InputError("pose prior: the covariance is not positive definite")
+        _check_covariance("covariance", self.covariance)
+        if self.mobility is not None:
+            _check_covariance("mobility", self.mobility)
 
     def of_segments(self, names: Iterable[str]) -> PosePrior:
         """The prior (a marginal one) of the joints whose segments are both among the names."""
@@ -74,8 +76,9 @@ class PosePrior:
         rows = (3 * np.array(kept, int)[:, None] + np.arange(3)).ravel()
         return PosePrior(
             tuple(self.joints[i] for i in kept), self.mean[kept],
-            self.covariance[np.ix_(rows, rows)], self.correlation_time, self.name,
-            self.provenance,
+            self.covariance[np.ix_(rows, rows)], self.correlation_time,
+            None if self.mobility is None else self.mobility[np.ix_(rows, rows)],
+            self.name, self.provenance,
         )  # fmt: skip
 
     def deviations(self, rotation: Float[np.ndarray, "*b j 3 3"]) -> Float[np.ndarray, "*b 3j"]:
@@ -94,3 +97,10 @@ class PosePrior:
         """
         x = self.deviations(rotation)
         return (x * np.linalg.solve(self.covariance, x[..., None])[..., 0]).sum(-1)
+
+
+def _check_covariance(name: str, matrix: np.ndarray) -> None:
+    if not np.isfinite(matrix).all() or (abs(matrix - matrix.T) > _TOLERANCE).any():
+        raise InputError(f"pose prior: the {name} is not symmetric or not finite")
+    if len(matrix) and np.linalg.eigvalsh(matrix)[0] <= 0:
+        raise InputError(f"pose prior: the {name} is not positive definite")

@@ -62,7 +62,7 @@ def _joints(topology, *names: str) -> tuple[tuple[int, int], ...]:
 
 def _usual(draw) -> Gaussian:
     turn = lambda: np.array(so3.exp(jnp.asarray(draw(3, 3))))  # noqa: E731
-    return Gaussian(turn(), turn(), draw(9, 9))
+    return Gaussian(turn(), turn(), draw(9, 9), draw(9, 9))
 
 
 def make(
@@ -102,6 +102,7 @@ def make(
         reference_information=rng.uniform(size=(2, T, body.nv)),
         smoothness_information=inside(positive(T, body.nv), 1, order - 1) * 1e-6,
         limit_information=np.full(T, 3.0), pose_information=positive(T),
+        pace_information=np.append(positive(T - 1), 0.0),
         user_data=(np.asarray(draw(T)),) if user else (), user_mask=(user_mask,) if user else (),
     )  # fmt: skip
     weights = Weights(*(np.asarray(x) for x in (0.2, 1.5, 1.5, 1.0, 0.1)), _usual(draw))
@@ -149,6 +150,7 @@ def stacked_residuals(problem: SequenceProblem, state: State, delta: jax.Array) 
     )
     before = slice(core.start - 1, core.stop - 1)
     root = jnp.sqrt
+    usual = pose_prior_terms.residual(w, problem.weights)
     parts = [
         root(terms.force_information[core])[..., None] * inertial.acceleration[before],
         root(terms.rate_information[core])[..., None] * inertial.rate[core],
@@ -158,9 +160,9 @@ def stacked_residuals(problem: SequenceProblem, state: State, delta: jax.Array) 
         root(terms.limit_information[core])[:, None] * pose.limits[core],
         root(terms.smoothness_information[core]) * pose.smoothness[before],
         root(terms.pose_information[core])[:, None]
-        * pose_prior_terms.whitened(pose_prior_terms.residual(w, problem.weights), problem.weights)[
-            core
-        ],
+        * pose_prior_terms.whitened(usual[core], problem.weights),
+        root(terms.pace_information[core])[:, None]
+        * pose_prior_terms.changes(usual, problem.weights)[core],
     ]
     for user, data, mask in zip(layout.user, terms.user_data, terms.user_mask, strict=True):
         parts.append(pose_terms.user_values(layout, problem.body, user, q, data, mask)[core])

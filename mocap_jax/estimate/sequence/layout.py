@@ -237,6 +237,8 @@ class Terms:
     limit_information: Float[Array, "t"]
     pose_information: Float[Array, "t"]
     """How many independent poses a frame counts as, for the pose prior."""
+    pace_information: Float[Array, "t"]
+    """Of the change to the next frame, 1 / step [1/s]; zero after the last frame."""
     user_data: tuple = ()
     user_mask: tuple = ()
     force_slopes: tuple[Float[Array, "t s 3"], ...] = ()
@@ -275,9 +277,11 @@ class Gaussian(NamedTuple):
     """Where that frame is in the parent segment at the mean rotation."""
     whitening: Float[Array, "3j 3j"]
     """Inverse of the covariance's Cholesky factor [1/rad], and unevenness of joints that share."""
+    pace: Float[Array, "3j 3j"]
+    """The same of changes, from the prior's mobility [sqrt(s)/rad]; zero where it is not known."""
 
 
-NO_PRIOR = Gaussian(np.zeros((0, 3, 3)), np.zeros((0, 3, 3)), np.zeros((0, 0)))
+NO_PRIOR = Gaussian(np.zeros((0, 3, 3)), np.zeros((0, 3, 3)), np.zeros((0, 0)), np.zeros((0, 0)))
 
 
 @jax.tree_util.register_dataclass

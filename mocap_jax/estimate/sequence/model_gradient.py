@@ -83,9 +83,13 @@ def parts(
         Part(pose.smoothness[before], terms.smoothness_information[core]),
     ]
     if layout.pose_joints:
-        usual = pose_prior_terms.whitened(pose_prior_terms.residual(w, weights)[core], weights)
-        info = jnp.broadcast_to(terms.pose_information[core][:, None], usual.shape)
-        out.append(Part(usual, info))
+        x = pose_prior_terms.residual(w, weights)
+        away, change = (
+            pose_prior_terms.whitened(x[core], weights),
+            pose_prior_terms.changes(x, weights)[core],
+        )
+        for residual, info in ((away, terms.pose_information), (change, terms.pace_information)):
+            out.append(Part(residual, jnp.broadcast_to(info[core][:, None], residual.shape)))
     for user, data, mask in zip(layout.user, terms.user_data, terms.user_mask, strict=True):
         values = pose_terms.user_values(layout, body, user, q, data, mask)[core]
         out.append(Part(values, jnp.ones_like(values)))

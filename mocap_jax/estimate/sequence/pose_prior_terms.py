@@ -55,14 +55,20 @@ def on_body(body: Body, prior: PosePrior | None, share_sigma: float) -> OnBody |
     frames, (child, parent) = anatomical_frames(body), np.array(joints).T
     mean = np.tile(np.eye(3), (len(joints), 1, 1))
     mean[: len(known)] = Rotation.from_quat(own.mean, scalar_first=True).as_matrix()
-    whitening = block_diag(
-        np.linalg.inv(np.linalg.cholesky(own.covariance)),
-        *(unevenness(len(chain), share_sigma) for chain in chains),
-    )
+    uneven = [unevenness(len(chain), share_sigma) for chain in chains]
+    whitening = block_diag(_whitening(own.covariance), *uneven)
+    pace = np.zeros_like(whitening)
+    if own.mobility is not None:
+        # Uneven bends may come and go within a second.
+        pace = block_diag(_whitening(own.mobility), *uneven)
     return OnBody(
-        joints, Gaussian(frames[child], frames[parent] @ mean, whitening),
+        joints, Gaussian(frames[child], frames[parent] @ mean, whitening, pace),
         np.asarray(between(body, joints).any(axis=0)), own.correlation_time,
     )  # fmt: skip
+
+
+def _whitening(covariance: np.ndarray) -> np.ndarray:
+    return np.linalg.inv(np.linalg.cholesky(covariance))
 
 
 def between(body: Body, joints: tuple[tuple[int, int], ...]) -> np.ndarray:
@@ -85,11 +91,18 @@ def whitened(x: Float[Array, "n j 3"], weights: Weights) -> Float[Array, "n 3j"]
     return x.reshape(len(x), -1) @ weights.pose_prior.whitening.T
 
 
+def changes(x: Float[Array, "n j 3"], weights: Weights) -> Float[Array, "n-1 3j"]:
+    """Whitened changes from each frame to the next [sqrt(s)]."""
+    flat = x.reshape(len(x), -1)
+    return (flat[1:] - flat[:-1]) @ weights.pose_prior.pace.T
+
+
 def losses(
     x: Float[Array, "n j 3"], terms: Terms, weights: Weights, core: slice
 ) -> Float[Array, "c"]:
-    """Squared Mahalanobis distance of the core frames, as much as a frame counts."""
-    return terms.pose_information[core] * (whitened(x[core], weights) ** 2).sum(-1)
+    """Squared distance of the core frames, as much as a frame counts, and of changes after them."""
+    away = terms.pose_information[core] * (whitened(x[core], weights) ** 2).sum(-1)
+    return away + terms.pace_information[core] * (changes(x, weights)[core] ** 2).sum(-1)
 
 
 def add_normal_blocks(
@@ -103,19 +116,42 @@ def add_normal_blocks(
     weights: Weights,
     core: slice,
 ) -> tuple[list[Array], Array]:
-    """Add the prior to the diagonal block and the gradient of the core frames.
+    """Add the prior to the blocks and the gradient of the core frames."""
+    rows = _rows(layout, body, w, x, weights, slice(core.start, core.stop + 1))
+    usual, pace = weights.pose_prior.whitening, weights.pose_prior.pace
+    away = jnp.einsum("ij,cjv->civ", usual, rows[:-1])
+    info = terms.pose_information[core][:, None]
+    gradient = gradient + jnp.einsum("civ,ci->cv", away, info * whitened(x[core], weights))
+    square = _product(away * info[..., None], away)
+
+    moving = jnp.einsum("ij,cjv->civ", pace, rows)
+    before, after = (terms.pace_information[_shifted(core, k)][:, None] for k in (-1, 0))
+    change = changes(x, weights)
+    pull = before * change[_shifted(core, -1)] - after * change[core]
+    gradient = gradient + jnp.einsum("civ,ci->cv", moving[:-1], pull)
+    square = square + _product(moving[:-1] * (before + after)[..., None], moving[:-1])
+    coupling = -_product(moving[1:] * after[..., None], moving[:-1])
+    return [blocks[0] + square, blocks[1] + coupling, *blocks[2:]], gradient
+
+
+def _shifted(core: slice, by: int) -> slice:
+    return slice(core.start + by, core.stop + by)
+
+
+def _product(a: Float[Array, "c i v"], b: Float[Array, "c i w"]) -> Float[Array, "c v w"]:
+    return jnp.einsum("civ,ciw->cvw", a, b)
+
+
+def _rows(
+    layout: Layout, body: Body, w: Window, x: Array, weights: Weights, chosen: slice
+) -> Float[Array, "c 3j nv"]:
+    """Derivatives of the rotation vectors of some frames.
 
     A degree of freedom between parent and child with world axis a changes the rotation vector x by
     Jr^-1(x) (R_world_child R_child_frame)' a.
     """
-    x = x[core]
-    frame = so3.matmul3(w.child_rotation[core], weights.pose_prior.child_frame)
-    turn = so3.matmul3(so3.right_jacobian_inverse(x), jnp.swapaxes(frame, -1, -2))
-    axes = w.screws[core][:, None, 3:] * between(body, layout.pose_joints)[None, :, None, :]
+    frame = so3.matmul3(w.child_rotation[chosen], weights.pose_prior.child_frame)
+    turn = so3.matmul3(so3.right_jacobian_inverse(x[chosen]), jnp.swapaxes(frame, -1, -2))
+    axes = w.screws[chosen][:, None, 3:] * between(body, layout.pose_joints)[None, :, None, :]
     rows = sum(turn[..., p, None] * axes[:, :, p, None, :] for p in range(3))
-    rows = rows.reshape(len(x), -1, axes.shape[-1])
-    rows = jnp.einsum("ij,cjv->civ", weights.pose_prior.whitening, rows)
-    info = terms.pose_information[core]
-    square = jnp.einsum("civ,ciw->cvw", rows * info[:, None, None], rows)
-    pull = jnp.einsum("civ,ci->cv", rows, info[:, None] * whitened(x, weights))
-    return [blocks[0] + square, *blocks[1:]], gradient + pull
+    return rows.reshape(len(rows), -1, axes.shape[-1])

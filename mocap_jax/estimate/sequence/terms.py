@@ -106,6 +106,7 @@ def build(
             len(data.time), step / options.prior.limit_sigma**2 if options.prior.limits else 0.0
         ),
         pose_information=_pose_information(data, rest, usual),
+        pace_information=np.append(np.full(len(data.time) - 1, 1 / step), 0.0),
         user_data=(*_data_of(options.user_residuals, user_data), *knee_data, *coupled_data),
         user_mask=tuple(_user_mask(r, len(data.time)) for r in user),
         walk=(walking.at_frames,) if walking else (),
