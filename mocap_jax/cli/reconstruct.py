@@ -38,7 +38,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--body",
         metavar="XML",
-        help="MJCF body or OpenSim model (.osim) with the sensors' sites (default: the recording's)",
+        help="MJCF body or OpenSim model (.osim) with the sensors' sites (default: the "
+        "recording's)",
     )
     parser.add_argument(
         "--method",
