@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from mocap_jax.body import site_frames as site_frames
     from mocap_jax.body import transport as transport
     from mocap_jax.compilation_cache import enable_compilation_cache as enable_compilation_cache
+    from mocap_jax.conversion import ConvertOptions as ConvertOptions
+    from mocap_jax.conversion import convert as convert
     from mocap_jax.errors import InputError as InputError
     from mocap_jax.errors import MocapError as MocapError
     from mocap_jax.errors import SolveError as SolveError
@@ -42,10 +44,13 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import ekf as ekf
     from mocap_jax.estimate import optimise as optimise
     from mocap_jax.estimate import orientation_pass as orientation_pass
+    from mocap_jax.estimate import sparse_options as sparse_options
     from mocap_jax.initialise import Heading as Heading
     from mocap_jax.initialise import SensorCheck as SensorCheck
     from mocap_jax.initialise import calibrate_to_pose as calibrate_to_pose
+    from mocap_jax.initialise import check_readings as check_readings
     from mocap_jax.initialise import check_sensors as check_sensors
+    from mocap_jax.initialise import with_orientations as with_orientations
     from mocap_jax.io import export_motion as export_motion
     from mocap_jax.io import read_recording as read_recording
     from mocap_jax.io import read_solution as read_solution
@@ -59,6 +64,7 @@ if TYPE_CHECKING:
     from mocap_jax.metrics import nis as nis
     from mocap_jax.motion import BUILTIN_MOTIONS as BUILTIN_MOTIONS
     from mocap_jax.motion import Motion as Motion
+    from mocap_jax.motion import ball_jointed as ball_jointed
     from mocap_jax.motion import builtin_motion as builtin_motion
     from mocap_jax.motion import human as human
     from mocap_jax.motion import human_like as human_like
@@ -70,6 +76,11 @@ if TYPE_CHECKING:
     from mocap_jax.placement import PlacementOptions as PlacementOptions
     from mocap_jax.placement import PlacementStudy as PlacementStudy
     from mocap_jax.placement import place as place
+    from mocap_jax.pose_prior import PosePrior as PosePrior
+    from mocap_jax.pose_prior import default_pose_prior as default_pose_prior
+    from mocap_jax.pose_prior import learn_pose_prior as learn_pose_prior
+    from mocap_jax.pose_prior import load_pose_prior as load_pose_prior
+    from mocap_jax.pose_prior import save_pose_prior as save_pose_prior
     from mocap_jax.recording import Recording as Recording
     from mocap_jax.recording import Setup as Setup
     from mocap_jax.report import write_animation as write_animation
@@ -85,22 +96,31 @@ if TYPE_CHECKING:
 _HOME = {
     "body": ("Body", "difference", "frames", "load_body", "retract", "site_frames", "transport"),
     "compilation_cache": ("enable_compilation_cache",),
+    "conversion": ("ConvertOptions", "convert"),
     "errors": ("InputError", "MocapError", "SolveError"),
     "estimate": (
         "ConstantsOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions",
         "OrientationPassOptions", "PriorOptions", "UserResidual", "check_residual",
         "differentiable", "differentiable_ekf", "ekf", "optimise", "orientation_pass",
+        "sparse_options",
     ),
-    "initialise": ("Heading", "SensorCheck", "calibrate_to_pose", "check_sensors"),
+    "initialise": (
+        "Heading", "SensorCheck", "calibrate_to_pose", "check_readings", "check_sensors",
+        "with_orientations",
+    ),
     "io": (
         "export_motion", "read_recording", "read_solution", "write_recording", "write_solution",
     ),
     "metrics": ("chi_square_band", "coverage", "evaluate", "joint_consistency", "nees", "nis"),
     "motion": (
-        "BUILTIN_MOTIONS", "Motion", "builtin_motion", "human", "human_like", "load_motion",
-        "retarget", "retarget_errors", "segment_lengths", "with_segment_lengths",
+        "BUILTIN_MOTIONS", "Motion", "ball_jointed", "builtin_motion", "human", "human_like",
+        "load_motion", "retarget", "retarget_errors", "segment_lengths", "with_segment_lengths",
     ),
     "placement": ("PlacementOptions", "PlacementStudy", "place"),
+    "pose_prior": (
+        "PosePrior", "default_pose_prior", "learn_pose_prior", "load_pose_prior",
+        "save_pose_prior",
+    ),
     "recording": ("Recording", "Setup"),
     "report": ("write_animation", "write_report"),
     "simulation": ("SimulationOptions", "simulate"),

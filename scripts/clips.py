@@ -33,3 +33,8 @@ def load_clip(name: str) -> Any:
         return mj.builtin_motion(name)
     path = Path(name) if Path(name).exists() else folder() / name
     return mj.load_motion(path if path.exists() else name, fps=TRUE_RATE.get(path.name))
+
+
+def subject_of(name: str) -> str:
+    """The subject's number: what a clip's name has before its first underscore."""
+    return Path(name).stem.split("_")[0]

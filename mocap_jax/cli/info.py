@@ -60,10 +60,11 @@ def _fault(recording: Recording, path: str) -> str | None:
 def _sensor_check(recording: Recording) -> str:
     """Sensors that look swapped, turned or of wrong unit, in words."""
     from mocap_jax.errors import InputError
-    from mocap_jax.initialise import check_sensors
+    from mocap_jax.initialise import check_readings, check_sensors
 
     try:
-        check = check_sensors(recording)
+        bodiless = recording.body_xml is None
+        check = check_readings(recording) if bodiless else check_sensors(recording)
     except InputError as error:
         return f"sensor check: not possible ({error})"
     lines = check.sentences or (() if check.remarks else ("nothing suspicious",))

@@ -14,6 +14,7 @@ from typing import Any, cast
 
 from mocap_jax import __version__
 from mocap_jax.cli import (
+    convert,
     demo,
     evaluate,
     export,
@@ -31,6 +32,7 @@ from mocap_jax.errors import MocapError
 VERBS: dict[str, ModuleType] = {
     "demo": demo,
     "simulate": simulate,
+    "convert": convert,
     "reconstruct": reconstruct,
     "place": place,
     "evaluate": evaluate,

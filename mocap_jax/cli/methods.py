@@ -30,6 +30,9 @@ class Preset:
     """Measurements used."""
     process: Process = "white_jerk"
     """Process noise of the filter."""
+    root: Root = "auto"
+    sparse: bool = False
+    """Use `sparse_options`."""
 
 
 PRESETS = {
@@ -38,6 +41,13 @@ PRESETS = {
         "the filter with the process noise printed by Vlasic 2007", "ekf", "AGD", "paper"
     ),
     "inertial": Preset("without distances and measured orientations", kinds="AG"),
+    "sparse": Preset(
+        "a few boards that report orientations: pose prior, boards that move on the skin, root "
+        "free (after von Marcard 2017)",
+        kinds="AGO",
+        root="free",
+        sparse=True,
+    ),
 }
 
 
@@ -50,6 +60,7 @@ def solve(
     root: Root = "auto",
     process: Process = "white_jerk",
     smooth: bool = False,
+    sparse: bool = False,
     progress: bool = False,
 ) -> Solution:
     """Estimate with one of `METHODS`.
@@ -63,6 +74,7 @@ def solve(
         root: "given", "free" or "auto".
         process: process noise of the filter, "white_jerk" or "paper".
         smooth: with "ekf", run the backward smoother as well.
+        sparse: with "optimise", use `sparse_options`.
         progress: show progress bars on stderr.
     """
     from mocap_jax.estimate import EkfOptions, ekf
@@ -73,7 +85,7 @@ def solve(
     filtering = EkfOptions(kinds=kinds, root=root, process=process, smooth=smooth)
     if method == "ekf":
         return ekf(recording, body, options=filtering, progress=progress)
-    from mocap_jax.estimate import OptimiseOptions, optimise
+    from mocap_jax.estimate import OptimiseOptions, optimise, sparse_options
 
     initial = None
     if process != "white_jerk":
@@ -81,7 +93,8 @@ def solve(
             kinds=kinds, root=root, process=process, smooth=True, covariance=False
         )
         initial = ekf(recording, body, options=smoothing, progress=progress)
-    whole = OptimiseOptions(kinds=kinds, root=root)
+    whole = sparse_options() if sparse else OptimiseOptions()
+    whole = dataclasses.replace(whole, kinds=kinds, root=root)
     solution = optimise(recording, body, initial=initial, options=whole, progress=progress)
     return dataclasses.replace(solution, method=method)
 

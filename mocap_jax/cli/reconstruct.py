@@ -93,9 +93,10 @@ def run(arguments: argparse.Namespace) -> int:
         body,
         method=arguments.method or preset.method,
         kinds=arguments.sensors or preset.kinds,
-        root=arguments.root or "auto",
+        root=arguments.root or preset.root,
         process=preset.process,
         smooth=arguments.smooth,
+        sparse=preset.sparse,
         progress=sys.stderr.isatty(),
     )
     remarks = tuple(dict.fromkeys((*suspicions, *solution.remarks, *recording.salvage)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,7 +31,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("-o", "--output", metavar="REC", required=True, help="recording to write")
     parser.add_argument(
-        "--sensors", metavar="SETUP.toml", help="suit to wear (default: 18 boards, 8 sources)"
+        "--sensors", metavar="SETUP.toml",
+        help="suit to wear: a set-up file, or sip6_head, sip6_tnt15 (six boards) or tnt15 (ten); "
+        "default: 18 boards, 8 sources",
+    )  # fmt: skip
+    parser.add_argument(
+        "--orientations", action="store_true", help="boards report their orientation as well"
     )
     parser.add_argument(
         "--profile",
@@ -59,15 +65,26 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the verb."""
     output = output_file(arguments.output, (".mcap",))
     from mocap_jax.io import write_recording
-    from mocap_jax.simulation import PROFILES, SimulationOptions, load_suit, simulate
+    from mocap_jax.simulation import (
+        PROFILES,
+        SUITS,
+        SimulationOptions,
+        load_suit,
+        named_suit,
+        simulate,
+    )
+    from mocap_jax.simulation.mounting import with_shapes
 
     if arguments.profile not in PROFILES:
         raise unknown_choice("--profile", "profile", arguments.profile, PROFILES)
-    suit = load_suit(arguments.sensors) if arguments.sensors else None
-    options = SimulationOptions()
+    options = SimulationOptions(orientations=arguments.orientations)
     if arguments.cutoff:
-        options = SimulationOptions(cutoff_hz=arguments.cutoff)
+        options = dataclasses.replace(options, cutoff_hz=arguments.cutoff)
     motion = _load_motion(arguments)
+    suit = None
+    if arguments.sensors:
+        read = named_suit if arguments.sensors in SUITS else load_suit
+        suit = read(arguments.sensors, with_shapes(motion.body))
     recording = simulate(
         motion, profile=arguments.profile, seed=arguments.seed, suit=suit, options=options
     )

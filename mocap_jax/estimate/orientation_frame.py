@@ -1,9 +1,10 @@
 """One frame of the orientation pass: the pose whose sensors are turned as measured.
 
-    E(q) = sum over sensors of w_s |log(R_measured^T R_predicted(q))|^2 + sum |extra(q)|^2
+    E(q) = sum over sensors of w_s |log(R_measured^T R_predicted(q))|^2 + sum |extra(q)|^2,
 
-is minimised over the coordinates that follow no others, within their ranges, by Levenberg-Marquardt
-with an active set: coordinates at a limit that the gradient presses against it are held there.
+with the pose prior among the extra residuals, is minimised over the coordinates that follow no
+others, within their ranges, by Levenberg-Marquardt with an active set: coordinates at a limit that
+the gradient presses against it are held there.
 """
 
 from __future__ import annotations
@@ -19,9 +20,19 @@ from jax import Array
 from jaxtyping import Bool, Float, Int
 
 from mocap_jax import so3
-from mocap_jax.body import Body, Piecewise, Topology, couplings, frames, retract, site_jacobians
+from mocap_jax.body import (
+    Body,
+    Frames,
+    Piecewise,
+    Topology,
+    couplings,
+    frames,
+    retract,
+    site_jacobians,
+)
 from mocap_jax.body import sites_on_frames as on_frames
 from mocap_jax.body.topology import HINGE, SLIDE
+from mocap_jax.estimate.orientation_prior import FramePrior
 
 ExtraResidual = Callable[[Body, Array], Array]
 """`f(body, q) -> (m,)`, whitened: a prior on poses, a limit penalty, ..."""
@@ -53,6 +64,7 @@ class FrameProblem:
     """Degrees of freedom that follow no others."""
     followers: tuple[Follower, ...]
     extras: tuple[ExtraResidual, ...]
+    prior: FramePrior | None = None
 
 
 class Rules(NamedTuple):
@@ -92,8 +104,9 @@ class _State(NamedTuple):
 
 
 def frame_problem(
-    body: Body, sites: tuple[int, ...], extras: tuple[ExtraResidual, ...]
-) -> FrameProblem:
+    body: Body, sites: tuple[int, ...], extras: tuple[ExtraResidual, ...],
+    prior: FramePrior | None = None,
+) -> FrameProblem:  # fmt: skip
     """Describe the problem of a body whose sensors sit on the given sites."""
     topology = body.topology
     followers = []
@@ -103,7 +116,7 @@ def frame_problem(
         followers.append(Follower(in_v[j], in_q[j], in_v[leader], in_q[leader], c.function))
     following = {f.dof for f in followers}
     free = tuple(i for i in range(topology.nv) if i not in following)
-    return FrameProblem(topology, sites, free, tuple(followers), extras)
+    return FrameProblem(topology, sites, free, tuple(followers), extras, prior)
 
 
 def rules_of(
@@ -204,31 +217,35 @@ def _linearised(
     problem: FrameProblem, body: Body, weight: Array, q: Array, R_measured: Array
 ) -> tuple[Array, Array]:
     """Whitened residuals (m,) and their derivatives by the free degrees of freedom (m, n)."""
-    error, J = _errors(problem, body, q, R_measured)
+    f = frames(body, q)
+    error, J = _errors(problem, body, f, R_measured)
     root = jnp.sqrt(weight)[:, None]
     residuals = [(root * error).ravel()]
     jacobians = [(root[..., None] * J).reshape(-1, problem.topology.nv)]
+    if problem.prior is not None:
+        usual, slopes = problem.prior.linearised(body, f)
+        residuals.append(usual)
+        jacobians.append(slopes)
     zero = jnp.zeros(problem.topology.nv, q.dtype)
     for extra in problem.extras:
         moved = lambda d, f=extra: f(body, retract(problem.topology, q, d))  # noqa: E731
         residuals.append(moved(zero))
         jacobians.append(jax.jacfwd(moved)(zero))
     full = jnp.concatenate(jacobians)
-    for f in reversed(problem.followers):
-        slope = jax.grad(f.function.at)(q[f.leader_coordinate])
-        full = full.at[:, f.leader_dof].add(slope * full[:, f.dof])
+    for follower in reversed(problem.followers):
+        slope = jax.grad(follower.function.at)(q[follower.leader_coordinate])
+        full = full.at[:, follower.leader_dof].add(slope * full[:, follower.dof])
     return jnp.concatenate(residuals), full[:, np.array(problem.free, int)]
 
 
 def _errors(
-    problem: FrameProblem, body: Body, q: Array, R_measured: Array
+    problem: FrameProblem, body: Body, f: Frames, R_measured: Array
 ) -> tuple[Float[Array, "s 3"], Float[Array, "s 3 nv"]]:
     """Errors of the sensors and their derivatives by all degrees of freedom.
 
     Turning the sensor by the world vector u changes log(R_m^T R_p) by Jr^-1 R_p^T u.
     """
     sites = np.array(problem.sites, int)
-    f = frames(body, q)
     rotation, position = on_frames(body, f)
     R_predicted = rotation[sites]
     error = so3.log(so3.matmul3(jnp.swapaxes(R_measured, -1, -2), R_predicted))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.estimate.orientation_frame import ExtraResidual
+from mocap_jax.pose_prior import PosePrior
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,14 @@ class OrientationPassOptions:
     """Frames from one seed to the next."""
     rate_hz: float | None = None
     """Frame grid; default the highest inertial rate."""
+    pose_prior: PosePrior | None = None
+    """What poses people take (`default_pose_prior()`): von Marcard 2017's Sparse Orientation Poser.
+    """
+    orientation_sigma: float = 0.05
+    """How far a sensor of weight 1 is off, with its place on the segment [rad]: its weight against
+    the pose prior."""
+    share_sigma: float = 0.1
+    """As `PriorOptions.share_sigma` [rad]."""
     residuals: tuple[ExtraResidual, ...] = ()
     """Further residuals `f(body, q) -> (m,)`, whitened in units of one radian of a sensor of weight
     1: a pose prior, a limit penalty, ... Traced by JAX; the tuple's functions are told apart by
@@ -46,5 +55,7 @@ class OrientationPassOptions:
                 raise unknown_name("weights: sensor", name, sensors)
             if not 0 <= weight < float("inf"):
                 raise InputError(f"weights: '{name}' is {weight}; valid: zero or a positive number")
+        if not self.orientation_sigma > 0 or not self.share_sigma > 0:
+            raise InputError("orientation_sigma and share_sigma must be above 0")
         if self.seed_every < 1 or self.iterations < 1:
             raise InputError("seed_every and iterations must be 1 or more")

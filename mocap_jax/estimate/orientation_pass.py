@@ -27,6 +27,7 @@ from mocap_jax.estimate.orientation_frame import (
     solve_frame,
 )
 from mocap_jax.estimate.orientation_options import OrientationPassOptions
+from mocap_jax.estimate.orientation_prior import frame_prior
 from mocap_jax.measurement import FrameData, gather
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution, Status
@@ -50,8 +51,9 @@ def orientation_pass(
     """Fit a pose to the measured orientations of each frame: inverse kinematics of sensors.
 
     The cost is OpenSim's, the weighted sum of squared angles between measured and predicted
-    sensors. Nothing ties frames together. What orientations do not tell (the root's position, and
-    joints between no two sensors) stays as in `start`; a recorded root gives the position.
+    sensors, and with a pose prior that of the Sparse Orientation Poser (von Marcard 2017, section
+    4.5). Nothing ties frames together. What neither tells (the root's position, and joints between
+    no two sensors) stays as in `start`; a recorded root gives the position.
 
     Args:
         recording: with measured orientations, in the body's world.
@@ -74,7 +76,10 @@ def orientation_pass(
         data = gather(recording, body, kinds="O", rate_hz=options.rate_hz)
         options.check(data.sensors)
         weight, R_world_sensor = _measured(data, options)
-        problem = frame_problem(body, data.sites, options.residuals)
+        prior = frame_prior(
+            body, options.pose_prior, options.orientation_sigma, options.share_sigma
+        )
+        problem = frame_problem(body, data.sites, options.residuals, prior)
         if start is None:
             start = np.asarray(body.qpos0)
         elif np.shape(start) != (body.nq,) or not np.isfinite(start).all():
@@ -222,7 +227,8 @@ def _solution(
         iterations=int(fit.iterations.sum()),
         statistics=_statistics(data, fit, weight),
         options={"weights": dict(options.weights), "limits": options.limits,
-                 "warm_start": options.warm_start, "residuals": len(options.residuals)},
+                 "warm_start": options.warm_start, "residuals": len(options.residuals),
+                 "pose_prior": options.pose_prior.name if options.pose_prior else None},
     )  # fmt: skip
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Bool
 
-from mocap_jax.body import Body
+from mocap_jax.body import Body, site_segments
 
 
 def shared_joints(body: Body, sites: tuple[int, ...]) -> Bool[np.ndarray, "nv"]:
@@ -18,7 +18,7 @@ def shared_joints(body: Body, sites: tuple[int, ...]) -> Bool[np.ndarray, "nv"]:
         sites: sites of the boards.
     """
     topology = body.topology
-    carriers = {topology.site_body[s] for s in sites}
+    carriers = {int(b) for b in site_segments(topology)[list(sites)]}
     dof_body = np.asarray(topology.joint_body, int)[topology.dof_joint]
     mask = np.zeros(body.nv, bool)
     for carrier in carriers:

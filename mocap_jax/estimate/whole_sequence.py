@@ -18,6 +18,7 @@ from mocap_jax.estimate.rest_tilt import gather_with_rest
 from mocap_jax.estimate.sequence.compile_ahead import compile_ahead
 from mocap_jax.estimate.sequence.problem import State
 from mocap_jax.estimate.sequence.terms import build
+from mocap_jax.estimate.skin import displaced, on_skin, without_skin
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.estimate.whole_sequence_run import Run
 from mocap_jax.recording import Recording
@@ -72,7 +73,9 @@ def solve_sequence(
     """`optimise`, with the problem behind its solution."""
     clock, begin = CompileClock(), time.perf_counter()
     with clock:
-        body = body_of(recording, body)
+        own = body = body_of(recording, body)
+        if options.prior.skin_sigma > 0:
+            body = on_skin(own, recording)
         root_given = uses_root(recording, options.root)
         data = gather_with_rest(recording, body, options, root=root_given)
         built = build(
@@ -82,11 +85,13 @@ def solve_sequence(
         if initial is None:
             programs: list[Future[None]] = []
             queue = lambda: programs.extend(compile_ahead(run.problem))  # noqa: E731
-            initial = _initial(recording, body, options, progress=progress, meanwhile=queue)
+            initial = _initial(recording, own, options, progress=progress, meanwhile=queue)
             wait_for(programs)
         constants = constants_from(initial, data.sensors, built.layout, built.walk)
-        state = State(on_grid(initial, body, data.time), constants)
+        state = State(displaced(on_grid(initial, own, data.time), body), constants)
         solution = run.solve(state, recording, root_given=root_given, progress=progress)
+        if body is not own:
+            solution = without_skin(solution, own, data)
     seconds = time.perf_counter() - begin
     solution = dataclasses.replace(
         solution, seconds_solve=seconds - clock.seconds, seconds_compile=clock.seconds
@@ -121,6 +126,7 @@ def _orientation_pass(
     still = at_rest(recording, body, use_root=uses_root(recording, options.root))
     first = dataclasses.replace(
         options, kinds=kinds, covariance=False, user_residuals=(),
+        prior=dataclasses.replace(options.prior, skin_sigma=0.0),
         noise=dataclasses.replace(options.noise, adapt=False),
         constants=dataclasses.replace(options.constants, adapt=False),
     )  # fmt: skip

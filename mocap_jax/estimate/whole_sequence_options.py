@@ -7,6 +7,7 @@ from typing import Literal
 
 from mocap_jax.estimate.sequence.layout import UserResidual
 from mocap_jax.least_squares import SolverOptions
+from mocap_jax.pose_prior import PosePrior
 from mocap_jax.residuals.robust import LossName
 
 
@@ -148,6 +149,17 @@ class PriorOptions:
     """How far the knee of a body with ball joints there is from a hinge [rad]: standard deviation
     of the rotation about each axis other than flexion (Lafortune et al. 1992: a few degrees);
     0 = off. Bodies whose knees are hinges have no such rotation."""
+    share_sigma: float = 0.1
+    """How unevenly joints of the trunk, and of the neck, share the rotation that the pose prior
+    knows of them together [rad]: 3 to 10 degrees in CMU motion. Counts only with a pose prior."""
+    skin_sigma: float = 0.0
+    """How far boards move on their segments, per axis [m] (Leardini et al. 2005: millimetres to
+    centimetres); 0 = off. With it, displacements are unknowns of every frame: such errors of
+    acceleration are large at high frequencies and nothing at low ones, which is what few boards
+    are told apart by."""
+    skin_frequency: float = 10.0
+    """Up to which frequency they do [Hz] (soft tissue rings at 8 to 20 Hz; Wakeling and Nigg
+    2001)."""
     limits: bool = True
     """Penalise joint coordinates outside their range."""
     limit_sigma: float = 0.03
@@ -184,5 +196,8 @@ class OptimiseOptions:
     """Frames per traced chunk."""
     dtype: Literal["float64", "float32"] = "float64"
     """Precision of residuals and Jacobians; the linear solve is float64."""
+    pose_prior: PosePrior | None = None
+    """What poses people take (`default_pose_prior()`, or one of your own). It stands in for
+    `PriorOptions.pose_sigma` at the joints it knows."""
     user_residuals: tuple[UserResidual, ...] = ()
     """The user's own residuals, see `UserResidual`."""

@@ -272,7 +272,8 @@ def _undetermined(reason: str, *, root_given: bool) -> str:
 
 
 def _record(options: OptimiseOptions, levels: Levels) -> dict[str, object]:
-    record = dataclasses.asdict(dataclasses.replace(options, user_residuals=()))
+    record = dataclasses.asdict(dataclasses.replace(options, user_residuals=(), pose_prior=None))
+    record["pose_prior"] = options.pose_prior.name if options.pose_prior else None
     record["user_residuals"] = [r.name for r in options.user_residuals]
     record["levels"] = dataclasses.asdict(levels)
     return record

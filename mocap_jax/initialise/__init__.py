@@ -1,5 +1,6 @@
 """First guesses: where the body is before it moves."""
 
+from mocap_jax.initialise.check_readings import check_readings
 from mocap_jax.initialise.check_sensors import SensorCheck, check_sensors
 from mocap_jax.initialise.declared_pose import declared_pose
 from mocap_jax.initialise.orientation_calibration import (
@@ -7,6 +8,7 @@ from mocap_jax.initialise.orientation_calibration import (
     PoseCalibration,
     calibrate_to_pose,
 )
+from mocap_jax.initialise.orientations import with_orientations
 from mocap_jax.initialise.rest_options import RestOptions
 from mocap_jax.initialise.rest_pose import RestEstimate, declared_rest, rest_pose
 from mocap_jax.initialise.still import Still, find_still
@@ -19,9 +21,11 @@ __all__ = [
     "SensorCheck",
     "Still",
     "calibrate_to_pose",
+    "check_readings",
     "check_sensors",
     "declared_pose",
     "declared_rest",
     "find_still",
     "rest_pose",
+    "with_orientations",
 ]

@@ -8,6 +8,7 @@ import numpy as np
 
 from mocap_jax.body import Body, load_body
 from mocap_jax.errors import InputError
+from mocap_jax.initialise.neighbour_check import cycles
 from mocap_jax.initialise.rest_options import RestOptions
 from mocap_jax.initialise.sensor_assignment import (
     TURNED,
@@ -167,7 +168,7 @@ def _checked(evidence: Evidence, body: Body) -> SensorCheck:
         texts = (wrong_gravity[i], wrong_rate[i], _turned(tilt[i, site[i]], evidence.declared),
                  _far(evidence, i, int(heard_site[i])))  # fmt: skip
         faults[name] = tuple(t for t in texts if t is not None)
-    groups, heard_groups = _cycles(site), _cycles(heard_site)
+    groups, heard_groups = cycles(site), cycles(heard_site)
     stay = lambda group, at: all(at[i] == i for i in group)  # noqa: E731
     groups += [group for group in heard_groups if stay(group, site)]
     named = lambda group: tuple(evidence.sensors[i] for i in group)  # noqa: E731
@@ -195,19 +196,6 @@ def _assignment(
     still_reliable = reliable & ~np.isin(np.arange(len(worn)), worn[turned])
     costs = costs.without_motion_of(~still_reliable)
     return exchanged(costs, tilt, still_reliable, parts=plain)
-
-
-def _cycles(site: np.ndarray) -> list[list[int]]:
-    """Cycles of a permutation: each sensor fits the place of the next one."""
-    groups: list[list[int]] = []
-    for start in range(len(site)):
-        if site[start] == start or any(start in g for g in groups):
-            continue
-        group = [start]
-        while site[group[-1]] != start:
-            group.append(int(site[group[-1]]))
-        groups.append(group)
-    return groups
 
 
 def _turn_limit(declared: bool) -> float:

@@ -29,9 +29,9 @@ _INDEPENDENT = 3.0
 # Standard deviations beyond which a misfit counts logarithmically.
 _SCALE = 4.0
 # Relative rate below which two neighbours move alike [rad/s].
-_ALIKE = 0.05
+SLOWEST_ALIKE = 0.05
 # Independent observations that the ratio of two mean square relative rates is worth.
-_MOTION = 12.0
+MOTION_WEIGHT = 12.0
 # The cost must fall by this much for an exchange to be believed.
 _MARGIN = 2.0
 # More of it for an exchange of inertial data or distances alone, which is the rarer mistake.
@@ -111,6 +111,7 @@ def exchanged(
     movable: np.ndarray,
     *,
     parts: bool = True,
+    margin: float = _MARGIN,
 ) -> Assignment:
     """The assignment that explains the readings.
 
@@ -119,14 +120,15 @@ def exchanged(
         tilt: as of `tilts`; no sensor moves to a site where it is beyond `TURNED`.
         movable: mask of the sensors that may be exchanged.
         parts: whether inertial data or distances alone may be exchanged.
+        margin: by how much the cost must fall for an exchange of whole sensors to be believed.
     """
     sites = np.arange(len(movable))
     best = Assignment(sites, sites)
     allowed = ~(tilt > TURNED) & movable[:, None]
     current = costs.total(best)
     while True:
-        trials = list(_trials(best, allowed, parts))
-        gains = [current - costs.total(trial) - margin for trial, margin in trials]
+        trials = list(_trials(best, allowed, parts, margin))
+        gains = [current - costs.total(trial) - least for trial, least in trials]
         if not gains or max(gains) < 0:
             return best
         best = trials[gains.index(max(gains))][0]
@@ -134,14 +136,14 @@ def exchanged(
 
 
 def _trials(
-    current: Assignment, allowed: np.ndarray, parts: bool
+    current: Assignment, allowed: np.ndarray, parts: bool, margin: float
 ) -> Iterator[tuple[Assignment, float]]:
     """Assignments that differ by one exchange, each with how much better it must be."""
     worn = current.worn
     for a in range(len(worn)):
         for b in range(a):
             if allowed[worn[a], b] and allowed[worn[b], a]:
-                yield current.swapped(a, b, "both"), _MARGIN
+                yield current.swapped(a, b, "both"), margin
                 if parts:
                     yield current.swapped(a, b, "inertial"), _MARGIN_PART
             if parts and allowed[worn[a], a] and allowed[worn[b], b]:
@@ -184,5 +186,5 @@ def _motion_cost(evidence: Evidence, rate: np.ndarray, edges: list[tuple[int, in
         first, second = (rate @ evidence.R_world_site[site].T for site in (a, b))
         cross = first.reshape(sensors, -1) @ second.reshape(sensors, -1).T / samples
         apart = np.maximum(own[:, None] + own[None] - 2 * cross, 0.0)
-        out[e] = 0.5 * _MOTION * np.log(apart + _ALIKE**2)
+        out[e] = 0.5 * MOTION_WEIGHT * np.log(apart + SLOWEST_ALIKE**2)
     return out

@@ -74,7 +74,7 @@ def gather_evidence(recording: Recording, body: Body, still: Still) -> Evidence:
     time = np.arange(still.end, min(recording.interval[1], still.end + _SPAN), 1.0 / RATE_HZ)
     streams = list(recording.inertial.values())
     empty = np.zeros((0, len(time), 3))
-    rate = [_averaged(s.time, s.gyroscope, time) for s in streams]
+    rate = [averaged(s.time, s.gyroscope, time) for s in streams]
     return Evidence(
         sensors,
         tuple(body.topology.site_body[s] for s in sites),
@@ -84,7 +84,7 @@ def gather_evidence(recording: Recording, body: Body, still: Still) -> Evidence:
         distance,
         expected,
         np.stack(rate) - np.nan_to_num(readings.rate)[:, None] if streams else empty,
-        np.stack([_averaged(s.time, s.accelerometer, time) for s in streams]) if streams else empty,
+        np.stack([averaged(s.time, s.accelerometer, time) for s in streams]) if streams else empty,
         still.declared,
     )
 
@@ -146,7 +146,7 @@ def _distances(
     return measured, np.linalg.norm(offsets, axis=-1)
 
 
-def _averaged(stream_time: np.ndarray, values: np.ndarray, time: np.ndarray) -> np.ndarray:
+def averaged(stream_time: np.ndarray, values: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Means over the steps that begin at `time`, interpolated over gaps; NaN without samples."""
     good = np.isfinite(np.asarray(values)).all(axis=1)
     if good.sum() < 2 or not len(time):

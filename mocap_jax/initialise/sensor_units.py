@@ -82,6 +82,14 @@ def rate_factors(evidence: Evidence) -> tuple[np.ndarray, list[str | None], np.n
     return chosen, sentences, misfit[0]
 
 
+def rate_factor_near(factor: float) -> str | None:
+    """What is wrong with a gyroscope whose readings need this factor; None near 1 or unclear."""
+    for known, text in _RATE_FACTORS.items():
+        if abs(factor / known - 1) < _UNIT:
+            return text
+    return None
+
+
 def _rate_sentence(factor: float, misfit: float) -> str | None:
     if factor != 1.0:
         return f"gyroscope {_RATE_FACTORS[factor]}"

@@ -161,8 +161,21 @@ def _setup(setup: Setup) -> list[str]:
     if setup.rest is not None:
         lines[0] += f", rest hold from {setup.rest.start:g} s to {setup.rest.end:g} s"
     if setup.provenance:
-        facts = ", ".join(f"{key} = {value}" for key, value in setup.provenance.items())
+        plain = {k: v for k, v in setup.provenance.items() if "/" not in k}
+        facts = ", ".join(f"{key} = {value}" for key, value in plain.items())
         lines.append(f"provenance: {facts}")
+        lines += _worn(setup)
+    return lines
+
+
+def _worn(setup: Setup) -> list[str]:
+    """What converted sensors were called, and where they are worn."""
+    facts = setup.provenance
+    lines = []
+    for sensor in setup.sensors:
+        identity, segment = (facts.get(f"{key}/{sensor.name}") for key in ("sensor", "segment"))
+        if identity is not None or segment is not None:
+            lines.append(f"  {sensor.name}: from {identity or '?'}, on {segment or '?'}")
     return lines
 
 

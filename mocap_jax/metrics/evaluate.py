@@ -9,7 +9,10 @@ from mocap_jax.body import Body
 from mocap_jax.errors import InputError
 from mocap_jax.metrics.align import Aligned, align, common_segments
 from mocap_jax.metrics.error_table import ErrorTable
+from mocap_jax.metrics.joint_centres import joint_centres
 from mocap_jax.metrics.observed import observed_segments
+from mocap_jax.metrics.rotation_angle import rotation_angle
+from mocap_jax.metrics.sparse_poser import sparse_poser_errors
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution
 from mocap_jax.solution.anatomy import JointAngle, joint_angle_list
@@ -45,6 +48,8 @@ def evaluate(
       standard deviation over time, as in Vlasic 2007, table 1).
     - `segment_orientation_error_mean_deg`: of segments in the world frame.
     - `position_error_mean_cm`: of joint centres, after subtracting the root's position only.
+    - `validation_orientation_error_..._deg`, `marker_position_error_..._cm`: those of the Sparse
+      Inertial Poser (`metrics.sparse_poser`), for bodies with thighs, upper arms and so on.
     - `joint_angle_rmse_deg`: of the angles of `solution.angles.joint_angles`. Differences are
       taken on the circle and between the nearer Cardan solutions; frames in which the true middle
       angle is within 10 degrees of gimbal lock are left out.
@@ -75,6 +80,7 @@ def evaluate(
     errors["segment_orientation_error_mean_deg"] = _segment_errors(pair, R, R_true, observed)
     distance = _position_errors(pair, (R, p), (R_true, p_true), mine, other)
     errors["position_error_mean_cm"] = _summary(names, 100 * distance.mean(axis=0), observed)
+    errors |= sparse_poser_errors(pair, (R, p), (R_true, p_true))
     errors["joint_angle_rmse_deg"] = _angle_errors(pair, R, R_true, observed)
     return ErrorTable(
         errors,
@@ -84,14 +90,6 @@ def evaluate(
         (float(pair.time[0]), float(pair.time[-1])),
         topology.body_names[root_segment(topology)],
     )
-
-
-def rotation_angle(
-    R_a: Float[np.ndarray, "*b 3 3"], R_b: Float[np.ndarray, "*b 3 3"]
-) -> Float[np.ndarray, "*b"]:
-    """Angle [rad], 0 to pi, between two rotations (from the chord, exact for small angles)."""
-    chord = np.sqrt(((R_a - R_b) ** 2).sum(axis=(-1, -2)))
-    return 2 * np.arcsin(np.minimum(chord / np.sqrt(8.0), 1.0))
 
 
 def _observed(solution: Solution) -> tuple[str, ...]:
@@ -168,16 +166,6 @@ def _segment_errors(
     mine, other = np.array(common_segments(topology, pair.reference_body.topology, moving)).T
     angle = np.rad2deg(rotation_angle(R[:, mine], R_true[:, other]))
     return _summary([topology.body_names[b] for b in mine], angle.mean(axis=0), observed)
-
-
-def joint_centres(
-    body: Body, R: Float[np.ndarray, "t nbody 3 3"], p: Float[np.ndarray, "t nbody 3"]
-) -> Float[np.ndarray, "t nbody 3"]:
-    """World position [m] of the first joint of every segment (its origin where it has none)."""
-    anchor = np.zeros((body.topology.nbody, 3))
-    for joint in reversed(range(body.topology.njoint)):
-        anchor[body.topology.joint_body[joint]] = np.asarray(body.joint_pos)[joint]
-    return p + (R @ anchor[..., None])[..., 0]
 
 
 def _position_errors(

@@ -1,6 +1,7 @@
 """Known motions: clips from files, built-in routines, and bodies that perform them."""
 
 from mocap_jax.motion.asf import body_from_asf
+from mocap_jax.motion.ball_joints import ball_jointed
 from mocap_jax.motion.builtin import BUILTIN_MOTIONS, builtin_motion
 from mocap_jax.motion.bvh import body_from_bvh
 from mocap_jax.motion.human import human, segment_lengths, segment_tip, with_segment_lengths
@@ -19,7 +20,7 @@ from mocap_jax.motion.skeleton import TIP_PREFIX
 
 __all__ = [
     "BUILTIN_MOTIONS", "MOTION_SUFFIXES", "SCALED_SUFFIXES", "SKELETON_SUFFIXES", "TIP_PREFIX",
-    "XSENS_SEGMENTS", "Motion", "body_from_asf", "body_from_bvh", "builtin_motion", "human",
-    "human_like", "load_motion", "retarget", "retarget_errors", "retarget_table",
-    "segment_lengths", "segment_tip", "with_segment_lengths", "xsens_name",
+    "XSENS_SEGMENTS", "Motion", "ball_jointed", "body_from_asf", "body_from_bvh",
+    "builtin_motion", "human", "human_like", "load_motion", "retarget", "retarget_errors",
+    "retarget_table", "segment_lengths", "segment_tip", "with_segment_lengths", "xsens_name",
 ]  # fmt: skip

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from mocap_jax.body import Body
 from mocap_jax.metrics.align import interpolate, truth_of
-from mocap_jax.metrics.evaluate import rotation_angle
+from mocap_jax.metrics.rotation_angle import rotation_angle
 from mocap_jax.recording import Recording
 from mocap_jax.report.style import INK, MUTED, RC
 from mocap_jax.report.uncertainty import angle_std, cardan_std, relative_rotation_std

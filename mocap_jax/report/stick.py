@@ -12,7 +12,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.patches import Circle
 
 from mocap_jax.body import Body
-from mocap_jax.metrics.evaluate import joint_centres
+from mocap_jax.metrics.joint_centres import joint_centres
 from mocap_jax.report.style import ESTIMATE
 from mocap_jax.solution.anatomy import anatomical_frames
 from mocap_jax.solution.poses import root_segment, segment_poses

@@ -2,6 +2,7 @@
 
 from mocap_jax.simulation.default_suit import default_suit
 from mocap_jax.simulation.mounting import mount
+from mocap_jax.simulation.named_suits import SUITS, VALIDATION, named_suit
 from mocap_jax.simulation.options import SimulationOptions
 from mocap_jax.simulation.profiles import PROFILES, Profile
 from mocap_jax.simulation.simulate import simulate
@@ -9,6 +10,6 @@ from mocap_jax.simulation.suit import Mounting, Suit
 from mocap_jax.simulation.suit_file import load_suit, save_suit
 
 __all__ = [
-    "PROFILES", "Mounting", "Profile", "SimulationOptions", "Suit", "default_suit", "load_suit",
-    "mount", "save_suit", "simulate",
+    "PROFILES", "SUITS", "VALIDATION", "Mounting", "Profile", "SimulationOptions", "Suit",
+    "default_suit", "load_suit", "mount", "named_suit", "save_suit", "simulate",
 ]  # fmt: skip

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from jaxtyping import Float
 
@@ -30,6 +32,7 @@ def sample_inertial(
     time: Float[np.ndarray, "n"],
     profile: Profile,
     seed: int,
+    orientations: Mapping[str, Float[np.ndarray, "n 4"]] | None = None,
 ) -> tuple[dict[str, InertialStream], Parameters]:
     """Readings of all boards.
 
@@ -44,6 +47,7 @@ def sample_inertial(
         time: centres of the sample intervals, uniform [s].
         profile: what errs how much.
         seed: of the random streams.
+        orientations: that boards report (wxyz), by name; default none.
     """
     errors = _errors(boards, time, profile, seed)
     mean = _means(rig, spline, time, errors, profile)
@@ -60,7 +64,8 @@ def sample_inertial(
             np.clip(stream(seed, f"clock/{board}").standard_normal(), -1.5, 1.5)
         )
         kept = _kept(len(time), profile, stream(seed, f"loss/{board}"))
-        streams[board] = InertialStream(time[kept] + offset, force[kept], rate[kept], missing[kept])
+        turned = (orientations or {}).get(board, missing)
+        streams[board] = InertialStream(time[kept] + offset, force[kept], rate[kept], turned[kept])
         parameters |= {
             f"accelerometer_bias/{board}": errors.bias[0, i, :3],
             f"gyroscope_bias/{board}": errors.bias[0, i, 3:],

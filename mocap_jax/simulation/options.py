@@ -23,6 +23,8 @@ class SimulationOptions:
     """Shortest transition from the rest pose into the clip [s]; longer if joints travel far."""
     inertial_rate_hz: float = 140.0
     """Sampling rate of the boards [Hz] (Vlasic 2007, section 3.3)."""
+    orientations: bool = False
+    """Boards report their orientation as well, as commercial inertial sensors do."""
     pulse_interval_s: float = 0.008
     """Time between pulses of successive sources [s] (Vlasic 2007, section 3.2)."""
     speed_of_sound: float = 343.0

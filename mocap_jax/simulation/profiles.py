@@ -12,6 +12,9 @@ gyroscope bias: 0.5 deg/s; accelerometer bias: 0.15 m/s^2 (15 mg)
 gyroscope drift: 2e-4 rad/s/sqrt(s); accelerometer drift: 1e-3 m/s^2/sqrt(s)
     Rate and acceleration random walk in the MEMS error models of El-Sheimy, Hou, Niu 2008 (IEEE
     Trans. Instrum. Meas. 57, 140-149); 0.07 deg/s in 40 s.
+orientation, where boards report one: 0.75 deg inclination, 1.5 deg heading, drifting within 10 s
+    Xsens MTw Awinda user manual, 2018: dynamic accuracy (RMS). The 10 s are our choice. White noise
+    0.3 deg, also in `paper`.
 scale error: 1 %
     MPU-6050: +-3 % initial tolerance of both sensors; a third of it as standard deviation.
 saturation: +-16 g, +-2000 deg/s
@@ -69,6 +72,12 @@ class Profile:
     """At the start, per axis [m/s^2]."""
     accelerometer_drift: float = 0.0
     """Random walk of the bias [m/s^2/sqrt(s)]."""
+    orientation_tilt: float = 0.0
+    """Slow error of reported orientations about each horizontal axis [rad]."""
+    orientation_heading: float = 0.0
+    """The same about the vertical [rad]."""
+    orientation_time: float = 10.0
+    """Correlation time of these slow errors [s]."""
     scale: float = 0.0
     """Relative, per axis of either sensor."""
     gyroscope_limit: float = float("inf")
@@ -106,12 +115,12 @@ class Profile:
     hearing: HearingFigures = field(default_factory=HearingFigures)
 
 
-_PAPER_NOISE = NoiseFigures(root_position=0.002, root_orientation=0.005)
+_PAPER_NOISE = NoiseFigures(orientation=0.005, root_position=0.002, root_orientation=0.005)
 
 _IDEAL = Profile(
     "ideal",
     # Stated, so that estimators have weights; nothing is added to the readings.
-    NoiseFigures(root_position=1e-4, root_orientation=2e-4),
+    NoiseFigures(orientation=1e-3, root_position=1e-4, root_orientation=2e-4),
     white=False,
     detector=False,
 )
@@ -123,6 +132,8 @@ _FIELD = Profile(
     gyroscope_drift=2e-4,
     accelerometer_bias=0.15,
     accelerometer_drift=1e-3,
+    orientation_tilt=0.75 * _DEGREE,
+    orientation_heading=1.5 * _DEGREE,
     scale=0.01,
     gyroscope_limit=2000 * _DEGREE,
     accelerometer_limit=16 * 9.81,

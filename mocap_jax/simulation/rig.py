@@ -118,6 +118,18 @@ def inertial_readings(
     return np.concatenate([force, rate], axis=2)
 
 
+def site_rotations(
+    rig: Rig, spline: PoseSpline, time: Float[np.ndarray, "n"]
+) -> Float[np.ndarray, "n boards 3 3"]:
+    """R_world_board of all boards."""
+    q, _, _ = spline.evaluate(np.asarray(time))
+    out = np.empty((len(q), len(rig.board_sites), 3, 3))
+    for i, pose in enumerate(q):
+        place(rig, pose)
+        out[i] = rig.data.site_xmat[rig.board_sites].reshape(-1, 3, 3)
+    return out
+
+
 def place(rig: Rig, q: Float[np.ndarray, "nq"]) -> None:
     """Bring the rig into a pose (positions of sites and shapes only)."""
     rig.data.qpos[:] = q

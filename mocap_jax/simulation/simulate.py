@@ -13,6 +13,7 @@ from mocap_jax.simulation.default_suit import default_suit
 from mocap_jax.simulation.inertial import sample_inertial, sample_times
 from mocap_jax.simulation.mounting import mount, with_shapes
 from mocap_jax.simulation.options import SimulationOptions
+from mocap_jax.simulation.orientation import sample_orientations
 from mocap_jax.simulation.profiles import Profile, profile_named
 from mocap_jax.simulation.random_streams import stream
 from mocap_jax.simulation.ranging import sample_ranges
@@ -64,10 +65,13 @@ def simulate(
     rig, spline = _worn(actual, suit, performance, errs, seed)
     boards = tuple(b.name for b in suit.boards)
     time = sample_times(float(performance.time[-1]), options.inertial_rate_hz)
-    inertial, more = sample_inertial(rig, spline, boards, time, errs, seed)
+    turned: tuple[dict, dict] = ({}, {})
+    if options.orientations:
+        turned = sample_orientations(rig, spline, boards, time, errs, seed)
+    inertial, more = sample_inertial(rig, spline, boards, time, errs, seed, turned[0])
     ranges, speeds = sample_ranges(rig, spline, suit, errs, options, seed)
     q, v, _ = performance.spline(actual.topology).evaluate(time)
-    parameters |= more | speeds | {"rest_pose_error": pose_error}
+    parameters |= more | speeds | turned[1] | {"rest_pose_error": pose_error}
     truth = Truth(
         Trajectory(jnp.asarray(time), jnp.asarray(q), jnp.asarray(v)),
         actual.xml,

@@ -12,8 +12,8 @@
     position = [0.1, 0.0, 0.05]
     orientation = [0.7071067811865476, 0.0, 0.7071067811865476, 0.0]
 
-`layout = "default"` at the top starts from the standard suit of the body instead; entries of the
-file are then added, replacing those of the same name.
+`layout = "default"` at the top starts from the standard suit of the body instead, or from a suit of
+`SUITS` by its name; entries of the file are then added, replacing those of the same name.
 """
 
 from __future__ import annotations
@@ -29,11 +29,12 @@ from mocap_jax.body import Body
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.motion import xsens_name
 from mocap_jax.simulation.default_suit import default_suit
+from mocap_jax.simulation.named_suits import SUITS, named_suit
 from mocap_jax.simulation.suit import SOURCE_PREFIX, Mounting, Suit
 
 _KEYS = ("name", "segment", "position", "orientation")
 _TABLES = ("boards", "sources")
-_LAYOUTS = ("default",)
+_LAYOUTS = ("default", *SUITS)
 
 
 def load_suit(path: str | os.PathLike[str], body: Body | None = None) -> Suit:
@@ -41,7 +42,7 @@ def load_suit(path: str | os.PathLike[str], body: Body | None = None) -> Suit:
 
     Args:
         path: TOML file as described at the top of this module.
-        body: checks the segments against this body; needed by `layout = "default"`.
+        body: checks the segments against this body; needed where the file names a layout.
 
     Raises:
         InputError: missing or malformed file, unknown key, segment or layout, a wrong number of
@@ -103,8 +104,8 @@ def _base(document: dict[str, object], body: Body | None, path: object) -> Suit:
     if layout not in _LAYOUTS:
         raise InputError(f"{path}: {unknown_name('layout', str(layout), _LAYOUTS)}")
     if body is None:
-        raise InputError(f"{path}: layout 'default' is fitted to a body; give the body as well")
-    return default_suit(body)
+        raise InputError(f"{path}: layout '{layout}' is fitted to a body; give the body as well")
+    return default_suit(body) if layout == "default" else named_suit(str(layout), body)
 
 
 def _mounting(entry: dict[str, object], where: str, body: Body | None) -> Mounting:

@@ -15,7 +15,7 @@ SHOWN = tuple(f"{name}_{side}" for name in (*FLEXIONS, "hip_adduction", "hip_rot
 
 # The wearer stands still in the calibration pose at the start of the recording [s].
 STILL = 1.9
-# Model errors: what the skeleton leaves of orientations (in the orientation pass 6 degrees) [rad],
+# Model errors: what the skeleton leaves of orientations (the orientation pass: 6 degrees) [rad],
 # and of accelerations [m/s^2].
 MISFIT, FORCES = 0.1, 1.0
 # Sensors sit somewhere on their segments; the guess is the centre of mass [m].

@@ -11,7 +11,7 @@ import mocap_jax as mj
 from mocap_jax.errors import InputError
 from mocap_jax.metrics import joint_consistency, unfolded_angles
 from mocap_jax.metrics.align import align
-from mocap_jax.metrics.evaluate import rotation_angle
+from mocap_jax.metrics.rotation_angle import rotation_angle
 from mocap_jax.solution.poses import root_segment, segment_poses
 from vlasic2007.paper import JOINTS
 

@@ -124,6 +124,7 @@ def _optimiser(d: Data, chunk: int) -> tuple[SequenceProblem, State]:
         range_receiver=none.astype(int), range_lead=none, range_flight=none,
         reference=reference, reference_information=information,
         smoothness_information=inside(1, 2) * STEP / DENSITY, limit_information=np.zeros(T),
+        pose_information=np.zeros(T),
     )  # fmt: skip
     weights = Weights(
         step=np.asarray(STEP), inertial_scale=np.ones((3, 1)), range_scale=np.asarray(1.0),

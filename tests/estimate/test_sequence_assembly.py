@@ -11,11 +11,17 @@ import pytest
 
 from mocap_jax import so3
 from mocap_jax.body import load_body, normalise, retract
-from mocap_jax.estimate.sequence import inertial_residuals, pose_terms, range_terms
+from mocap_jax.estimate.sequence import (
+    inertial_residuals,
+    pose_prior_terms,
+    pose_terms,
+    range_terms,
+)
 from mocap_jax.estimate.sequence.assemble import _cost, kinematics
 from mocap_jax.estimate.sequence.layout import (
     Constants,
     Corrections,
+    Gaussian,
     Geometry,
     Layout,
     Terms,
@@ -49,6 +55,16 @@ def _user(body, window, data):
     return jnp.array([window[0, 7] - window[1, 8] ** 2, window[2, 0] * data])
 
 
+def _joints(topology, *names: str) -> tuple[tuple[int, int], ...]:
+    """All with the pelvis as parent: one of them over two joints, one of two hinges."""
+    return tuple((topology.body_index(n), topology.body_index("pelvis")) for n in names)
+
+
+def _usual(draw) -> Gaussian:
+    turn = lambda: np.array(so3.exp(jnp.asarray(draw(3, 3))))  # noqa: E731
+    return Gaussian(turn(), turn(), draw(9, 9))
+
+
 def make(
     order: int, *, losses: str = "none", user: bool = False, chunk: int = 16,
     corrections: dict | None = None,
@@ -67,7 +83,7 @@ def make(
         top, sites, (*sites, source), 1, True, True, True, True, True, CONSISTENT, order,
         losses, losses, (UserResidual("mine", _user, 3),) if user else (), chunk,
         lengths=tuple(top.body_index(n) for n in ("shank", "chest")), sources=(4,), use_sound=True,
-        emitters=(3, 4), **(corrections or {}),
+        emitters=(3, 4), pose_joints=_joints(top, "thigh", "shank", "chest"), **(corrections or {}),
     )  # fmt: skip
     inside = lambda x, a, b: x * (np.arange(T) >= a)[:, None] * (np.arange(T) < T - b)[:, None]  # noqa: E731
     positive = lambda *shape: rng.uniform(0.5, 2.0, size=shape)  # noqa: E731
@@ -85,10 +101,10 @@ def make(
         reference=np.stack([np.roll(q, 1, 0), np.roll(q, 2, 0)]),
         reference_information=rng.uniform(size=(2, T, body.nv)),
         smoothness_information=inside(positive(T, body.nv), 1, order - 1) * 1e-6,
-        limit_information=np.full(T, 3.0),
+        limit_information=np.full(T, 3.0), pose_information=positive(T),
         user_data=(np.asarray(draw(T)),) if user else (), user_mask=(user_mask,) if user else (),
     )  # fmt: skip
-    weights = Weights(*(np.asarray(x) for x in (0.2, 1.5, 1.5, 1.0, 0.1)))
+    weights = Weights(*(np.asarray(x) for x in (0.2, 1.5, 1.5, 1.0, 0.1)), _usual(draw))
     if corrections:
         slopes = lambda: (draw(T, S, 3), draw(T, S, 3))  # noqa: E731
         terms = dataclasses.replace(
@@ -141,6 +157,10 @@ def stacked_residuals(problem: SequenceProblem, state: State, delta: jax.Array) 
         root(terms.reference_information[:, core]) * pose.reference[:, core],
         root(terms.limit_information[core])[:, None] * pose.limits[core],
         root(terms.smoothness_information[core]) * pose.smoothness[before],
+        root(terms.pose_information[core])[:, None]
+        * pose_prior_terms.whitened(pose_prior_terms.residual(w, problem.weights), problem.weights)[
+            core
+        ],
     ]
     for user, data, mask in zip(layout.user, terms.user_data, terms.user_mask, strict=True):
         parts.append(pose_terms.user_values(layout, problem.body, user, q, data, mask)[core])

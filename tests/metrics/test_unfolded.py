@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mocap_jax.metrics import unfolded_angles
-from mocap_jax.metrics.evaluate import rotation_angle
+from mocap_jax.metrics.rotation_angle import rotation_angle
 
 
 def spin(angles: np.ndarray, axis: np.ndarray) -> np.ndarray:

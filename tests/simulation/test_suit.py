@@ -9,7 +9,16 @@ import pytest
 from mocap_jax.body import load_body
 from mocap_jax.errors import InputError
 from mocap_jax.motion import human, load_motion
-from mocap_jax.simulation import default_suit, load_suit, mount, save_suit, simulate
+from mocap_jax.simulation import (
+    SUITS,
+    VALIDATION,
+    default_suit,
+    load_suit,
+    mount,
+    named_suit,
+    save_suit,
+    simulate,
+)
 
 BOARDS = {
     "pelvis", "abdomen", "chest", "head",
@@ -168,3 +177,17 @@ def test_bare_bodies_get_capsules():
     model = with_shapes(bare).mujoco_model()
     assert model.ngeom == 1 and model.geom_bodyid[0] == 1
     assert model.geom_size[0, 1] == pytest.approx(0.25)
+
+
+def test_named_suits_are_boards_of_the_standard_suit(tmp_path):
+    body = human()
+    standard = {b.name: b for b in default_suit(body).boards}
+    for name, boards in SUITS.items():
+        suit = named_suit(name, body)
+        assert suit.boards == tuple(standard[b] for b in boards) and not suit.sources
+        file = tmp_path / "suit.toml"
+        file.write_text(f'layout = "{name}"\n')
+        assert load_suit(file, body).boards == suit.boards
+    assert set(SUITS["tnt15"]) == {*SUITS["sip6_tnt15"], *VALIDATION}
+    with pytest.raises(InputError, match="unknown suit 'sip6'; valid: sip6_head, sip6_tnt15"):
+        named_suit("sip6", body)

@@ -19,6 +19,7 @@ from mocap_jax.estimate.sequence import (
     geometry_terms,
     inertial_residuals,
     inertial_terms,
+    pose_prior_terms,
     pose_terms,
     range_terms,
 )
@@ -76,6 +77,9 @@ def _cost(
         kinds["range"] = range_terms.losses(layout, ranges, terms, weights, core)
     pose = pose_terms.residuals(layout, body, q, terms, weights)
     kinds |= pose_terms.losses(layout, pose, terms, core)
+    if layout.pose_joints:
+        usual = pose_prior_terms.residual(w, weights)
+        kinds["pose_prior"] = pose_prior_terms.losses(usual, terms, weights, core)
     for user, data, mask in zip(layout.user, terms.user_data, terms.user_mask, strict=True):
         values = pose_terms.user_values(layout, body, user, q, data, mask)
         kinds[user.name] = (values[core] ** 2).sum(-1)
@@ -138,6 +142,11 @@ def assemble_chunk(
     blocks, gradient = pose_terms.add_normal_blocks(
         layout, body, blocks, gradient, pose, terms, weights, core
     )
+    if layout.pose_joints:
+        usual = pose_prior_terms.residual(w, weights)
+        blocks, gradient = pose_prior_terms.add_normal_blocks(
+            layout, body, w, blocks, gradient, usual, terms, weights, core
+        )
     blocks, gradient = pose_terms.add_user_blocks(layout, body, blocks, gradient, q, terms, core)
     range_border = jnp.zeros((0,), gradient.dtype)
     corner, corner_gradient = info.constants, info.constants_gradient

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import jax
 import numpy as np
@@ -53,6 +54,8 @@ class Layout:
     range_loss: str
     user: tuple[UserResidual, ...] = ()
     chunk: int = 128
+    pose_joints: tuple[tuple[int, int], ...] = ()
+    """Child and parent segment of the joints of the pose prior."""
     lengths: tuple[int, ...] = ()
     """Bodies whose offset from their parent has an unknown length."""
     sources: tuple[int, ...] = ()
@@ -232,6 +235,8 @@ class Terms:
     smoothness_information: Float[Array, "t nv"]
     """Row k: the difference whose window starts at frame k - 1 (order 2) or k - 1 (order 3)."""
     limit_information: Float[Array, "t"]
+    pose_information: Float[Array, "t"]
+    """How many independent poses a frame counts as, for the pose prior."""
     user_data: tuple = ()
     user_mask: tuple = ()
     force_slopes: tuple[Float[Array, "t s 3"], ...] = ()
@@ -261,6 +266,20 @@ def by_field(terms: Terms, function: Callable[[str, Array], Array]) -> Terms:
     return Terms(**changes)
 
 
+class Gaussian(NamedTuple):
+    """The pose prior on one body; without joints where there is none."""
+
+    child_frame: Float[Array, "j 3 3"]
+    """R_segment_anatomical of the joints' children."""
+    parent_mean: Float[Array, "j 3 3"]
+    """Where that frame is in the parent segment at the mean rotation."""
+    whitening: Float[Array, "3j 3j"]
+    """Inverse of the covariance's Cholesky factor [1/rad], and unevenness of joints that share."""
+
+
+NO_PRIOR = Gaussian(np.zeros((0, 3, 3)), np.zeros((0, 3, 3)), np.zeros((0, 0)))
+
+
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Weights:
@@ -273,3 +292,4 @@ class Weights:
     range_mu: Float[Array, ""]
     """Graduation of Geman-McClure."""
     limit_softness: Float[Array, ""]
+    pose_prior: Gaussian = NO_PRIOR

@@ -20,7 +20,12 @@ from jaxtyping import Float
 
 from mocap_jax import so3
 from mocap_jax.body import Body, retract
-from mocap_jax.estimate.sequence import inertial_residuals, pose_terms, range_terms
+from mocap_jax.estimate.sequence import (
+    inertial_residuals,
+    pose_prior_terms,
+    pose_terms,
+    range_terms,
+)
 from mocap_jax.estimate.sequence.layout import (
     Constants,
     Corrections,
@@ -77,6 +82,10 @@ def parts(
         Part(limits, jnp.broadcast_to(terms.limit_information[core][:, None], limits.shape)),
         Part(pose.smoothness[before], terms.smoothness_information[core]),
     ]
+    if layout.pose_joints:
+        usual = pose_prior_terms.whitened(pose_prior_terms.residual(w, weights)[core], weights)
+        info = jnp.broadcast_to(terms.pose_information[core][:, None], usual.shape)
+        out.append(Part(usual, info))
     for user, data, mask in zip(layout.user, terms.user_data, terms.user_mask, strict=True):
         values = pose_terms.user_values(layout, body, user, q, data, mask)[core]
         out.append(Part(values, jnp.ones_like(values)))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mocap_jax import so3
-from mocap_jax.body import Body
+from mocap_jax.body import Body, site_segments
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.sequence.corrections import correction_fields, slope_terms, walk_of
 from mocap_jax.estimate.sequence.coupled import coupled_coordinates
@@ -16,22 +16,21 @@ from mocap_jax.estimate.sequence.knees import knee_hinges
 from mocap_jax.estimate.sequence.layout import (
     COUPLINGS,
     KNEES,
+    NO_PRIOR,
     Layout,
     Terms,
     UserResidual,
     Weights,
 )
+from mocap_jax.estimate.sequence.pose_information import references, rest_frames, smoothness
+from mocap_jax.estimate.sequence.pose_prior_terms import OnBody, on_body
 from mocap_jax.estimate.sequence.variances import Variances, variances
 from mocap_jax.estimate.sequence.walk import Walk
-from mocap_jax.estimate.shared_joints import shared_joints
 from mocap_jax.estimate.whole_sequence_options import ConstantsOptions, OptimiseOptions
-from mocap_jax.initialise import declared_pose
 from mocap_jax.measurement import FrameData
 from mocap_jax.recording import Setup
 from mocap_jax.residuals.inertial import CONSISTENT, PLAIN, de_average, mean_rate
 
-# The frame-by-frame root hold of a still person during the declared rest [m], [rad].
-_STILL = 0.005
 # Joints closer together than this have no length between them [m].
 _SHORTEST = 1e-3
 
@@ -77,12 +76,14 @@ def build(
     coupled, coupled_data = coupled_coordinates(body, len(data.time))
     _check_names(options.user_residuals)
     user = (*options.user_residuals, *knees, *coupled)
-    layout = _layout(data, body, options, user)
+    usual = on_body(body, options.pose_prior, options.prior.share_sigma)
+    layout = _layout(data, body, options, user, usual)
     walking = walk_of(data, layout.gyroscope_steps, layout.accelerometer_steps)
     step = float(data.step)
-    rest = _rest_frames(data, setup)
-    reference, reference_information = _references(
-        data, body, setup, options, rest, root_given=root_given
+    rest = rest_frames(data, setup)
+    inside = np.zeros(body.nv, bool) if usual is None else usual.inside
+    reference, reference_information = references(
+        data, body, setup, options, rest, inside, root_given=root_given
     )
     force = _forces(data, options)
     rate = de_average(np.asarray(data.gyroscope))
@@ -100,10 +101,11 @@ def build(
         orientation=_rotations(np.asarray(data.orientation)),
         reference=reference,
         reference_information=reference_information,
-        smoothness_information=_smoothness(data, body, options),
+        smoothness_information=smoothness(data, body, options),
         limit_information=np.full(
             len(data.time), step / options.prior.limit_sigma**2 if options.prior.limits else 0.0
         ),
+        pose_information=_pose_information(data, rest, usual),
         user_data=(*_data_of(options.user_residuals, user_data), *knee_data, *coupled_data),
         user_mask=tuple(_user_mask(r, len(data.time)) for r in user),
         walk=(walking.at_frames,) if walking else (),
@@ -115,6 +117,7 @@ def build(
         np.asarray(options.noise.range_scale),
         np.asarray(1.0),
         np.asarray(options.prior.limit_softness),
+        NO_PRIOR if usual is None else usual.gaussian,
     )
     variance = variances(data, force, mean, setup.noise, options.noise)
     if layout.use_clock_offset:
@@ -125,7 +128,7 @@ def build(
 
 # Names under which other residuals of a pose count.
 _TAKEN = {COUPLINGS, KNEES, "accelerometer", "gyroscope", "orientation", "range", "reference",
-          "limits", "smoothness"}  # fmt: skip
+          "limits", "smoothness", "pose_prior"}  # fmt: skip
 
 
 def _check_names(residuals: tuple[UserResidual, ...]) -> None:
@@ -150,8 +153,9 @@ def _data_of(residuals: tuple[UserResidual, ...], user_data: tuple) -> tuple:
 
 
 def _layout(
-    data: FrameData, body: Body, options: OptimiseOptions, user: tuple[UserResidual, ...]
-) -> Layout:
+    data: FrameData, body: Body, options: OptimiseOptions, user: tuple[UserResidual, ...],
+    usual: OnBody | None,
+) -> Layout:  # fmt: skip
     present = np.asarray(data.range_weight) > 0
     used = np.unique(
         np.concatenate(
@@ -191,6 +195,7 @@ def _layout(
         range_loss=options.noise.range_loss,
         user=user,
         chunk=options.chunk,
+        pose_joints=() if usual is None else usual.joints,
         **(_geometry(data, body, range_sites, c) if border and len(used) else {}),  # type: ignore[arg-type]
         **(corrections if border else {}),  # type: ignore[arg-type]
     )
@@ -210,9 +215,9 @@ def _geometry(
     if options.range_offset_sigma > 0:
         out["emitters"] = tuple(i for i, s in enumerate(range_sites) if s in emit)
     if options.length_sigma > 0:
-        moved = {0}
+        moved, segments = {0}, site_segments(topology)
         for site in (*sensors, *range_sites):
-            b = topology.site_body[site]
+            b = segments[site]
             while b not in moved:
                 moved.add(b)
                 b = topology.body_parent[b]
@@ -249,76 +254,11 @@ def _ranges(data: FrameData, setup: Setup, layout: Layout, step: float) -> dict[
     }
 
 
-def _rest_frames(data: FrameData, setup: Setup) -> np.ndarray:
-    if setup.rest is None:
-        return np.zeros(0, int)
-    time = np.asarray(data.time)
-    return np.flatnonzero((time >= setup.rest.start) & (time <= setup.rest.end))
-
-
-def _references(
-    data: FrameData,
-    body: Body,
-    setup: Setup,
-    options: OptimiseOptions,
-    rest: np.ndarray,
-    *,
-    root_given: bool,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Reference poses and their information: (measured root, declared rest), weak prior."""
-    t, nv = len(data.time), body.nv
-    declared = declared_pose(setup.rest, body)
-    reference = np.tile(declared, (2, t, 1))
-    information = np.zeros((2, t, nv))
-    joints = np.arange(6 if body.has_free_root else 0, nv)
-    prior = options.prior
-    if len(rest):
-        information[0, rest[:, None], joints] = 1 / (prior.rest_sigma**2 * len(rest))
-    information[1][:, joints] = float(data.step) / prior.pose_sigma**2
-    if not body.has_free_root:
-        return reference, information
-    if root_given:
-        _put_root(reference[0], information[0], data, setup)
-    else:
-        still = rest if len(rest) else np.arange(2)
-        information[0][np.ix_(still, np.arange(6))] = 1 / _STILL**2
-    return reference, information
-
-
-def _put_root(
-    reference: np.ndarray, information: np.ndarray, data: FrameData, setup: Setup
-) -> None:
-    position, quat = np.asarray(data.root_position), np.asarray(data.root_orientation)
-    known = np.isfinite(position).all(1) & np.isfinite(quat).all(1)
-    if not known.any():
-        raise InputError("root 'given', but the recording has no root pose; valid: --root free")
-    # Between known frames the nearest pose stands in; its information is zero.
-    nearest = (
-        np.abs(np.arange(len(known))[:, None] - np.flatnonzero(known)).argmin(1)
-        if (not known.all())
-        else np.arange(len(known))
-    )
-    chosen = np.flatnonzero(known)[nearest] if not known.all() else nearest
-    reference[:, :3], reference[:, 3:7] = position[chosen], quat[chosen]
-    information[:, :3] = known[:, None] / setup.noise.root_position**2
-    information[:, 3:6] = known[:, None] / setup.noise.root_orientation**2
-
-
-def _smoothness(data: FrameData, body: Body, options: OptimiseOptions) -> np.ndarray:
-    """Information of second or third differences, zero where the window leaves the sequence."""
-    prior, step = options.prior, float(data.step)
-    shared = shared_joints(body, tuple(data.sites))
-    density = np.where(shared, prior.shared_smoothness_density, prior.smoothness_density)
-    topology = body.topology
-    for j, kind in enumerate(topology.joint_types):
-        if kind in ("slide", "free"):
-            first = topology.joint_dof[j]
-            density[first : first + (3 if kind == "free" else 1)] = prior.translation_density
-    information = np.tile(step / density, (len(data.time), 1))
-    information[0] = 0.0
-    information[-1:] = 0.0
-    if prior.smoothness_order == 3:
-        information[-2:] = 0.0
+def _pose_information(data: FrameData, rest: np.ndarray, usual: OnBody | None) -> np.ndarray:
+    """How many independent poses each frame counts as; in the rest hold the pose is declared."""
+    count = 0.0 if usual is None else float(data.step) / usual.correlation_time
+    information = np.full(len(data.time), count)
+    information[rest] = 0.0
     return information
 
 

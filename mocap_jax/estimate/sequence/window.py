@@ -35,6 +35,10 @@ class Window(NamedTuple):
     """Of sources: a board that emits does so from its nominal place."""
     spans: Float[Array, "n l 3"]
     """World offsets, at their nominal length, of the bodies in `Layout.lengths` [m]."""
+    child_rotation: Float[Array, "n j 3 3"]
+    """R_world_segment of the children of `Layout.pose_joints`."""
+    parent_rotation: Float[Array, "n j 3 3"]
+    """The same of their parents."""
     range_scale: Float[Array, ""]
     """Speed of sound over the declared one."""
     range_offset: Float[Array, "r"]
@@ -53,6 +57,7 @@ def kinematics(layout: Layout, body: Body, q: Float[Array, "n nq"], constants: C
     receiving, emitting = _offsets_of_range_sites(layout, constants)
     longer = np.array(layout.lengths, int)
     parents = np.array(layout.topology.body_parent)[longer]
+    child, parent = np.array(layout.pose_joints, int).reshape(-1, 2).T
     return Window(
         jnp.swapaxes(screws, 1, 2),
         origin,
@@ -63,6 +68,8 @@ def kinematics(layout: Layout, body: Body, q: Float[Array, "n nq"], constants: C
         rotation[:, ranged],
         position[:, ranged] + so3.matvec3(rotation[:, ranged], emitting),
         so3.matvec3(f.rotation[:, parents], body.body_pos[longer]),
+        f.rotation[:, child],
+        f.rotation[:, parent],
         1.0 + jnp.asarray(constants.geometry.sound).sum(),
         _range_offsets(layout, constants),
     )

@@ -1,0 +1,6 @@
+"""Recordings of other systems to ours: read, checked, mounted on a body."""
+
+from mocap_jax.conversion.convert import Converted, convert, converted
+from mocap_jax.conversion.options import ConvertOptions
+
+__all__ = ["ConvertOptions", "Converted", "convert", "converted"]

@@ -1,0 +1,53 @@
+"""The pose prior in the orientation pass, frame by frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+from jaxtyping import Bool, Float
+
+from mocap_jax import so3
+from mocap_jax.body import Body, Frames
+from mocap_jax.estimate.sequence.layout import Gaussian
+from mocap_jax.estimate.sequence.pose_prior_terms import between, on_body
+from mocap_jax.pose_prior import PosePrior
+from mocap_jax.residuals.pose_prior import pose_prior_rotation
+
+
+@dataclass(frozen=True, eq=False)
+class FramePrior:
+    """Whitened distance of one pose from the prior, and its derivatives."""
+
+    joints: tuple[tuple[int, int], ...]
+    gaussian: Gaussian
+    between: Bool[np.ndarray, "j nv"]
+    """Degrees of freedom that turn each joint's child in its parent."""
+    sigma: float
+    """Deviation of a sensor's orientation of weight 1 [rad], the unit of all residuals."""
+
+    def linearised(self, body: Body, f: Frames) -> tuple[Float[Array, "m"], Float[Array, "m nv"]]:
+        """Residuals and derivatives in a pose of the given kinematics."""
+        child, parent = np.array(self.joints).T
+        own = self.gaussian
+        x = pose_prior_rotation(
+            f.rotation[child], f.rotation[parent], own.child_frame, own.parent_mean
+        )
+        frame = so3.matmul3(f.rotation[child], jnp.asarray(own.child_frame))
+        turn = so3.matmul3(so3.right_jacobian_inverse(x), jnp.swapaxes(frame, -1, -2))
+        axes = jnp.where(self.between[..., None], f.angular[None], 0.0)
+        rows = jnp.einsum("jpq,jvq->jpv", turn, axes).reshape(-1, axes.shape[1])
+        whitening = self.sigma * own.whitening
+        return whitening @ x.ravel(), whitening @ rows
+
+
+def frame_prior(
+    body: Body, prior: PosePrior | None, sigma: float, share_sigma: float
+) -> FramePrior | None:
+    """The prior of the joints that a body has; None without a prior or any such joint."""
+    own = on_body(body, prior, share_sigma)
+    if own is None:
+        return None
+    return FramePrior(own.joints, own.gaussian, between(body, own.joints), sigma)

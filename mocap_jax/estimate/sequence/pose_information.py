@@ -1,0 +1,119 @@
+"""What is assumed about poses frame by frame: references, smoothness, movement of the skin."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mocap_jax.body import Body, floating_dofs
+from mocap_jax.errors import InputError
+from mocap_jax.estimate.shared_joints import shared_joints
+from mocap_jax.estimate.whole_sequence_options import OptimiseOptions, PriorOptions
+from mocap_jax.initialise import declared_pose
+from mocap_jax.measurement import FrameData
+from mocap_jax.recording import Setup
+
+# The frame-by-frame root hold of a still person during the declared rest [m], [rad].
+_STILL = 0.005
+
+
+def rest_frames(data: FrameData, setup: Setup) -> np.ndarray:
+    """Frames of the declared rest hold."""
+    if setup.rest is None:
+        return np.zeros(0, int)
+    time = np.asarray(data.time)
+    return np.flatnonzero((time >= setup.rest.start) & (time <= setup.rest.end))
+
+
+def references(
+    data: FrameData,
+    body: Body,
+    setup: Setup,
+    options: OptimiseOptions,
+    rest: np.ndarray,
+    usual: np.ndarray,
+    *,
+    root_given: bool,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Reference poses (2, t, nq) and their information (2, t, nv).
+
+    The first are the measured root and the declared rest pose, the second is the weak prior. It
+    leaves joints to the pose prior that have one (mask `usual`, nv).
+    """
+    t, nv = len(data.time), body.nv
+    declared = declared_pose(setup.rest, body)
+    reference = np.tile(declared, (2, t, 1))
+    information = np.zeros((2, t, nv))
+    joints = np.arange(6 if body.has_free_root else 0, nv)
+    prior = options.prior
+    if len(rest):
+        information[0, rest[:, None], joints] = 1 / (prior.rest_sigma**2 * len(rest))
+    information[1][:, joints] = float(data.step) / prior.pose_sigma**2
+    information[1][:, usual] = 0.0
+    floating = floating_dofs(body)
+    information[0][:, floating] = 0.0
+    information[1][:, floating] = float(data.step) / _skin(prior).size
+    if not body.has_free_root:
+        return reference, information
+    if root_given:
+        _put_root(reference[0], information[0], data, setup)
+    else:
+        still = rest if len(rest) else np.arange(2)
+        information[0][np.ix_(still, np.arange(6))] = 1 / _STILL**2
+    return reference, information
+
+
+def _put_root(
+    reference: np.ndarray, information: np.ndarray, data: FrameData, setup: Setup
+) -> None:
+    position, quat = np.asarray(data.root_position), np.asarray(data.root_orientation)
+    known = np.isfinite(position).all(1) & np.isfinite(quat).all(1)
+    if not known.any():
+        raise InputError("root 'given', but the recording has no root pose; valid: --root free")
+    # Between known frames the nearest pose stands in; its information is zero.
+    nearest = (
+        np.abs(np.arange(len(known))[:, None] - np.flatnonzero(known)).argmin(1)
+        if (not known.all())
+        else np.arange(len(known))
+    )
+    chosen = np.flatnonzero(known)[nearest] if not known.all() else nearest
+    reference[:, :3], reference[:, 3:7] = position[chosen], quat[chosen]
+    information[:, :3] = known[:, None] / setup.noise.root_position**2
+    information[:, 3:6] = known[:, None] / setup.noise.root_orientation**2
+
+
+def smoothness(data: FrameData, body: Body, options: OptimiseOptions) -> np.ndarray:
+    """Information of second or third differences, zero where the window leaves the sequence."""
+    prior, step = options.prior, float(data.step)
+    shared = shared_joints(body, tuple(data.sites))
+    density = np.where(shared, prior.shared_smoothness_density, prior.smoothness_density)
+    topology = body.topology
+    for j, kind in enumerate(topology.joint_types):
+        if kind in ("slide", "free"):
+            first = topology.joint_dof[j]
+            density[first : first + (3 if kind == "free" else 1)] = prior.translation_density
+    density[floating_dofs(body)] = _skin(prior).density
+    information = np.tile(step / density, (len(data.time), 1))
+    information[0] = 0.0
+    information[-1:] = 0.0
+    if prior.smoothness_order == 3:
+        information[-2:] = 0.0
+    return information
+
+
+class _Skin(NamedTuple):
+    """Prior of a board's displacement: spectrum 1 / (1 / size + omega^4 / density)."""
+
+    size: float
+    """[m^2 s]"""
+    density: float
+    """Of its acceleration [m^2/s^3]."""
+
+
+def _skin(prior: PriorOptions) -> _Skin:
+    """Figures that give the displacement its deviation, up to the corner frequency."""
+    corner = 2 * np.pi * prior.skin_frequency
+    # The integral of 1 / (1 + x^4) over all x, divided by 2 pi, is 1 / sqrt 8.
+    size = np.sqrt(8.0) * max(prior.skin_sigma, 1e-6) ** 2 / corner
+    return _Skin(size, size * corner**4)

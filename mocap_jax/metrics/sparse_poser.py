@@ -1,0 +1,77 @@
+"""The Sparse Inertial Poser's metrics (von Marcard 2017, eq. 33 and 34, section 5.3).
+
+Printed with squared norms, but reported in degrees and metres: mean and standard deviation are of
+the norms themselves, over all frames and sensors (markers) together.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mocap_jax.metrics.align import Aligned
+from mocap_jax.metrics.joint_centres import joint_centres
+from mocap_jax.metrics.rotation_angle import rotation_angle
+from mocap_jax.solution.anatomy import anatomical_frames
+from mocap_jax.solution.poses import root_segment
+
+VALIDATION_SEGMENTS = ("LeftUpperLeg", "RightUpperLeg", "LeftUpperArm", "RightUpperArm")
+"""Segments whose sensors validate: thighs and upper arms."""
+MARKERS = (
+    *(side + name for name in ("UpperLeg", "LowerLeg", "Foot", "UpperArm", "ForeArm", "Hand")
+      for side in ("Left", "Right")),
+    "Neck",
+)  # fmt: skip
+"""Segments at whose joints the 13 virtual markers are: hips, knees, ankles, shoulders, elbows,
+wrists and neck."""
+
+Poses = tuple[np.ndarray, np.ndarray]
+
+
+def sparse_poser_errors(pair: Aligned, poses: Poses, true: Poses) -> dict[str, dict[str, float]]:
+    """Errors by segment, and pooled under `mean`; none where the bodies have no such segment.
+
+    - `validation_orientation_error_mean_deg`, `..._std_deg`: angle between estimated and true
+      orientation in the world of the segments whose sensors were held out (of their anatomical
+      frames, where the two bodies are different skeletons).
+    - `marker_position_error_mean_cm`, `..._std_cm`: distance of virtual markers, each relative to
+      its root's position.
+    """
+    mine, other = (set(b.topology.body_names) for b in (pair.body, pair.reference_body))
+    errors: dict[str, dict[str, float]] = {}
+    for names, measure, key, unit in (
+        (VALIDATION_SEGMENTS, _angles, "validation_orientation_error", "deg"),
+        (MARKERS, _distances, "marker_position_error", "cm"),
+    ):
+        shared = [n for n in names if n in mine & other]
+        if not shared:
+            continue
+        values = measure(pair, poses, true, shared)
+        for what, of in (("mean", np.mean), ("std", np.std)):
+            row = {n: float(of(v)) for n, v in zip(shared, values.T, strict=True)}
+            errors[f"{key}_{what}_{unit}"] = row | {"mean": float(of(values))}
+    return errors
+
+
+def _chosen(pair: Aligned, names: list[str]) -> tuple[list[int], list[int]]:
+    mine, other = pair.body.topology, pair.reference_body.topology
+    return [mine.body_index(n) for n in names], [other.body_index(n) for n in names]
+
+
+def _angles(pair: Aligned, poses: Poses, true: Poses, names: list[str]) -> np.ndarray:
+    mine, other = _chosen(pair, names)
+    R, R_true = poses[0][:, mine], true[0][:, other]
+    if pair.body.topology.body_names != pair.reference_body.topology.body_names:
+        # Skeletons lay their segments' frames differently.
+        R = R @ anatomical_frames(pair.body)[mine]
+        R_true = R_true @ anatomical_frames(pair.reference_body)[other]
+    return np.rad2deg(rotation_angle(R, R_true))
+
+
+def _distances(pair: Aligned, poses: Poses, true: Poses, names: list[str]) -> np.ndarray:
+    sides = []
+    for body, (R, p), chosen in zip(
+        (pair.body, pair.reference_body), (poses, true), _chosen(pair, names), strict=True
+    ):
+        centre = joint_centres(body, R, p)[:, chosen]
+        sides.append(centre - p[:, [root_segment(body.topology)]])
+    return 100 * np.linalg.norm(sides[0] - sides[1], axis=-1)

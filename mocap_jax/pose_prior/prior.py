@@ -1,0 +1,96 @@
+"""`PosePrior`: a Gaussian over the rotations of joints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+from scipy.spatial.transform import Rotation
+
+from mocap_jax.errors import InputError
+
+# Unit quaternions and symmetric matrices of a file may differ from that by this much.
+_TOLERANCE = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class PosePrior:
+    """Gaussian over joint rotations (von Marcard 2017, eq. 18, with its own mean per joint).
+
+    A joint is a pair of segments with Xsens names; its rotation is that of the child's anatomical
+    frame in the parent's (`mocap_jax.solution`), so that one prior serves all bodies. With the
+    mean rotation M and a rotation R of a joint, x = log(M' R) [rad]; all x together have mean zero
+    and the covariance given here.
+
+    Raises:
+        InputError: shapes that do not agree, quaternions that are not of unit length, or a
+            covariance that is not symmetric and positive definite.
+    """
+
+    joints: tuple[tuple[str, str], ...]
+    """Child and parent segment of every joint."""
+    mean: Float[np.ndarray, "j 4"]
+    """R_parent_child of the anatomical frames (wxyz)."""
+    covariance: Float[np.ndarray, "3j 3j"]
+    """Of the rotation vectors, in the child's frame at the mean [rad^2]."""
+    correlation_time: float
+    """Poses this far apart are about independent of each other [s]."""
+    name: str = ""
+    """What solutions call it."""
+    provenance: dict[str, str | float | int] = field(default_factory=dict)
+    """What it was learned from."""
+
+    def __post_init__(self) -> None:
+        n = len(self.joints)
+        object.__setattr__(self, "mean", np.asarray(self.mean, float))
+        object.__setattr__(self, "covariance", np.asarray(self.covariance, float))
+        for name, shape in (("mean", (n, 4)), ("covariance", (3 * n, 3 * n))):
+            if getattr(self, name).shape != shape:
+                raise InputError(
+                    f"pose prior: {name} has shape {getattr(self, name).shape}; "
+                    f"{n} joints need {shape}"
+                )
+        if len({child for child, _ in self.joints}) < n:
+            raise InputError("pose prior: a child segment is there twice; joints must differ")
+        if not (abs(np.linalg.norm(self.mean, axis=1) - 1) < _TOLERANCE).all():
+            raise InputError("pose prior: mean holds quaternions (wxyz) that are not of length 1")
+        if not self.correlation_time > 0:
+            raise InputError(f"pose prior: correlation_time {self.correlation_time}: must be > 0")
+        self._check_covariance()
+
+    def _check_covariance(self) -> None:
+        matrix = self.covariance
+        if not np.isfinite(matrix).all() or (abs(matrix - matrix.T) > _TOLERANCE).any():
+            raise InputError("pose prior: the covariance is not symmetric or not finite")
+        if len(matrix) and np.linalg.eigvalsh(matrix)[0] <= 0:
+            raise InputError("pose prior: the covariance is not positive definite")
+
+    def of_segments(self, names: Iterable[str]) -> PosePrior:
+        """The prior (a marginal one) of the joints whose segments are both among the names."""
+        known = set(names)
+        kept = [i for i, joint in enumerate(self.joints) if set(joint) <= known]
+        rows = (3 * np.array(kept, int)[:, None] + np.arange(3)).ravel()
+        return PosePrior(
+            tuple(self.joints[i] for i in kept), self.mean[kept],
+            self.covariance[np.ix_(rows, rows)], self.correlation_time, self.name,
+            self.provenance,
+        )  # fmt: skip
+
+    def deviations(self, rotation: Float[np.ndarray, "*b j 3 3"]) -> Float[np.ndarray, "*b 3j"]:
+        """Rotation vectors [rad] from the mean to given rotations of all joints."""
+        mean = Rotation.from_quat(self.mean, scalar_first=True).as_matrix()
+        away = (np.swapaxes(mean, -1, -2) @ rotation).reshape(-1, 3, 3)
+        vectors = Rotation.from_matrix(away).as_rotvec()
+        return vectors.reshape(*np.shape(rotation)[:-3], 3 * len(self.joints))
+
+    def mahalanobis(self, rotation: Float[np.ndarray, "*b j 3 3"]) -> Float[np.ndarray, "*b"]:
+        """Squared Mahalanobis distance of poses (von Marcard 2017, eq. 18).
+
+        Args:
+            rotation: R_parent_child of the anatomical frames of all joints
+                (`anatomical_joint_rotations`).
+        """
+        x = self.deviations(rotation)
+        return (x * np.linalg.solve(self.covariance, x[..., None])[..., 0]).sum(-1)

@@ -1,0 +1,49 @@
+"""Rotations of joints in terms of anatomical frames, which all bodies share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from mocap_jax.body import Body
+from mocap_jax.errors import InputError, unknown_name
+from mocap_jax.solution.anatomy import anatomical_frames
+from mocap_jax.solution.poses import segment_poses
+
+
+def anatomical_joint_rotations(
+    body: Body, q: Float[np.ndarray, "t nq"], joints: Sequence[tuple[str, str]]
+) -> Float[np.ndarray, "t j 3 3"]:
+    """R_parent_child of anatomical frames over time, for pairs (child, parent) of segments.
+
+    Raises:
+        InputError: the body lacks a segment.
+    """
+    index = segment_pairs(body, joints)
+    R_world_segment, _ = segment_poses(body, q)
+    R_world_anatomical = R_world_segment @ anatomical_frames(body)
+    child, parent = index.T
+    return np.swapaxes(R_world_anatomical[:, parent], -1, -2) @ R_world_anatomical[:, child]
+
+
+def segment_pairs(body: Body, joints: Sequence[tuple[str, str]]) -> np.ndarray:
+    """Body indices (j, 2) of the children and parents.
+
+    Raises:
+        InputError: the body lacks a segment, or a parent is no ancestor of its child.
+    """
+    topology = body.topology
+    names = topology.body_names
+    for name in (n for pair in joints for n in pair):
+        if name not in names:
+            raise unknown_name("segment", name, names[1:])
+    index = np.array([[names.index(c), names.index(p)] for c, p in joints], int).reshape(-1, 2)
+    for (child, parent), (c, p) in zip(joints, index, strict=True):
+        above = topology.body_parent[c]
+        while above not in (0, p):
+            above = topology.body_parent[above]
+        if above != p:
+            raise InputError(f"pose prior: '{parent}' is no ancestor of '{child}' in this body")
+    return index
