@@ -22,8 +22,8 @@ def add_body_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--body",
         metavar="XML",
-        help=f"retarget the motion to this MJCF body, to '{HUMAN}' (the built-in one) or to "
-        f"'{LIKE_CLIP}' (with the clip's segment lengths); default: its own",
+        help=f"retarget the motion to this MJCF body or OpenSim model (.osim), to '{HUMAN}' (the "
+        f"built-in one) or to '{LIKE_CLIP}' (with the clip's segment lengths); default: its own",
     )
     parser.add_argument("--height", type=positive_float, metavar="M", help="stature of the human")
     parser.add_argument("--mass", type=positive_float, metavar="KG", help="its mass")

@@ -36,7 +36,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", metavar="OUT", help="solution to write (default: REC.solution.mcap)"
     )
     parser.add_argument(
-        "--body", metavar="XML", help="MJCF body with the sensors' sites (default: the recording's)"
+        "--body",
+        metavar="XML",
+        help="MJCF body or OpenSim model (.osim) with the sensors' sites (default: the "
+        "recording's)",
     )
     parser.add_argument(
         "--method",

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from opensense import data
-from opensense.run_opensim import OpensimMotion, run_ik
+from opensense.run_opensim import OpensimMotion, run_ik, run_kinematics
 
 MODEL = "Rajagopal_2015.osim"
 # Largest root-mean-square difference from OpenSim of these angles [deg].
@@ -119,6 +119,35 @@ def solve_with_opensim(walk: Walk, python: str, folder: Path) -> OpensimMotion:
         "frames_per_cpu_second": count / motion.seconds["cpu"],
     }
     return dataclasses.replace(motion, seconds=seconds)
+
+
+def kinematics(walk: Walk, python: str, folder: Path) -> tuple[str, dict[str, float]]:
+    """Largest differences of our frames from OpenSim's at random poses, but for kneecaps."""
+    import mocap_jax as mj
+    from mocap_jax.body.opensim import R_WORLD_GROUND, pose_from_coordinates
+    from mocap_jax.io.world_frames import world_frames
+
+    body = mj.load_body(walk.model)
+    below = tuple(body.topology.body_index(f"{n}_{s}") for n in ("tibia", "talus", "calcn", "toes")
+                  for s in "rl")  # fmt: skip
+    worst = {"rotation": 0.0, "position_m": 0.0, "position_below_knee_m": 0.0}
+    for pose in run_kinematics(python, walk.model, folder):
+        R, p = world_frames(body, pose_from_coordinates(body, pose["q"])[None])
+        for name, frame in pose["frames"].items():
+            if name.startswith("patella"):
+                continue
+            b = body.topology.body_index(name)
+            turn = np.abs(R_WORLD_GROUND.as_matrix() @ frame["R"] - R[0, b]).max()
+            shift = np.linalg.norm(R_WORLD_GROUND.apply(frame["p"]) - p[0, b])
+            key = "position_below_knee_m" if b in below else "position_m"
+            worst["rotation"] = max(worst["rotation"], float(turn))
+            worst[key] = max(worst[key], float(shift))
+    text = (
+        f"kinematics at random poses, largest difference from OpenSim: rotation matrices "
+        f"{worst['rotation']:.1e}, positions {worst['position_m']:.1e} m, below the knees "
+        f"{1000 * worst['position_below_knee_m']:.2f} mm"
+    )
+    return text, worst
 
 
 def sensor_error(walk: Walk, motion: OpensimMotion) -> float:

@@ -42,16 +42,27 @@ def run_ik(
 ) -> OpensimMotion:
     """Place the sensors and solve; raises `RuntimeError` with OpenSim's last lines."""
     start, end = (repr(t) for t in interval)
-    environment = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
-    done = subprocess.run(
-        [python, str(SIDE), "ik", str(model), str(orientations), str(folder), start, end],
-        capture_output=True, text=True, check=False, cwd=folder, env=environment,
-    )  # fmt: skip
-    if done.returncode:
-        raise RuntimeError("\n".join((done.stdout + done.stderr).splitlines()[-5:]))
+    _run(python, folder, "ik", str(model), str(orientations), str(folder), start, end)
     seconds = json.loads((folder / "seconds.json").read_text())
     time, columns = read_motion(folder / "ik.mot")
     return OpensimMotion(time, columns, seconds)
+
+
+def run_kinematics(python: str, model: Path, folder: Path) -> list[dict]:
+    """Coordinates, and frames of all bodies, of random poses."""
+    out = folder / "kinematics.json"
+    _run(python, folder, "kinematics", str(model), str(out))
+    return json.loads(out.read_text())
+
+
+def _run(python: str, folder: Path, *arguments: str) -> None:
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
+    done = subprocess.run(
+        [python, str(SIDE), *arguments], capture_output=True, text=True, check=False,
+        cwd=folder, env=environment,
+    )  # fmt: skip
+    if done.returncode:
+        raise RuntimeError("\n".join((done.stdout + done.stderr).splitlines()[-5:]))
 
 
 def read_motion(path: Path) -> tuple[np.ndarray, dict[str, np.ndarray]]:

@@ -99,7 +99,9 @@ def test_evaluate_against_itself_is_zero(run, reconstructed, tmp_path):
     assert errors["orientation_error_mean_deg"]["mean"] < 1e-5
 
 
-@pytest.mark.parametrize("suffix", [".bvh", ".csv", ".npz"])
+@pytest.mark.parametrize(
+    "suffix", [".bvh", ".csv", ".npz", ".mot", ".sto", ".orientations.sto", ".trc"]
+)
 def test_export_writes_every_format(run, reconstructed, tmp_path, suffix):
     target = tmp_path / f"motion{suffix}"
     assert run("export", reconstructed / "still.solution.mcap", "-o", target).code == 0

@@ -179,6 +179,36 @@ def test_a_recorded_root_gives_the_position():
     np.testing.assert_allclose(np.asarray(solution.trajectory.q)[:, :3], where, atol=1e-12)
 
 
+@pytest.mark.slow
+def test_six_sensors_on_the_built_in_human():
+    """Sparse suits leave joints open: sensors are met, and what nothing tells stays finite."""
+    from mocap_jax.initialise import calibrate_to_pose
+    from mocap_jax.motion import builtin_motion, human
+
+    motion = builtin_motion("walking", human())
+    q = np.asarray(motion.trajectory.q)[100:160:2]
+    segments = ("Pelvis", "Head", "RightForeArm", "LeftForeArm", "RightLowerLeg", "LeftLowerLeg")
+    rest = np.asarray(motion.body.qpos0)
+    sites = ElementTree.fromstring(motion.body.xml)
+    for element in list(sites.iter("body")):
+        for site in element.findall("site"):
+            element.remove(site)
+        if element.get("name") in segments:
+            ElementTree.SubElement(
+                element, "site", name=element.get("name"), quat="0.5 0.5 0.5 0.5"
+            )
+    body = load_body(ElementTree.tostring(sites, encoding="unicode"))
+    recording = recorded(body, np.concatenate([rest[None], q]))
+    placed = calibrate_to_pose(recording, motion.body, {s: s for s in segments})
+    solution = orientation_pass(placed.recording, placed.body)
+    assert solution.status is Status.CONVERGED
+    assert max(s["rms_units"] for s in solution.statistics.values()) < 1e-5
+    along = orientation_pass(
+        placed.recording, placed.body, options=OrientationPassOptions(warm_start=True)
+    )
+    assert along.cost[0] < 1e-8
+
+
 def test_wrong_input_is_named():
     recording = recorded(BODY, poses(BODY, np.random.default_rng(6)))
     with pytest.raises(InputError, match="sensor 'hand_s'; valid:"):
