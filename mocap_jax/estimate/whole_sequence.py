@@ -7,6 +7,8 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future
 
+import numpy as np
+
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError, SolveError
 from mocap_jax.estimate.background import wait_for
@@ -14,6 +16,8 @@ from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.estimate.constant_names import constants_from
 from mocap_jax.estimate.initial_guess import at_rest, first_guess, on_grid
 from mocap_jax.estimate.inputs import body_of, uses_root
+from mocap_jax.estimate.orientation_options import OrientationPassOptions
+from mocap_jax.estimate.orientation_pass import orientation_pass
 from mocap_jax.estimate.rest_tilt import gather_with_rest
 from mocap_jax.estimate.sequence.compile_ahead import compile_ahead
 from mocap_jax.estimate.sequence.problem import State
@@ -21,6 +25,7 @@ from mocap_jax.estimate.sequence.terms import build
 from mocap_jax.estimate.skin import displaced, on_skin, without_skin
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.estimate.whole_sequence_run import Run
+from mocap_jax.initialise import declared_pose
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution
 
@@ -115,7 +120,12 @@ def _orientation_pass(
     recording: Recording, body: Body, options: OptimiseOptions, *, progress: bool,
     meanwhile: Callable[[], object],
 ) -> Solution:  # fmt: skip
-    """Whole-sequence solve with orientations, rates and gravity at rest, from the rest pose."""
+    """Poses from orientations: frame by frame with the pose prior, or else the whole sequence.
+
+    Frame by frame, each started from the last, no frame ends a turn away from where it should be
+    (von Marcard 2017, section 4.5). The whole sequence takes rates and gravity at rest as well, and
+    starts from the rest pose.
+    """
     kinds = "".join(k for k in "GO" if k in options.kinds)
     if not kinds:
         raise InputError(
@@ -123,6 +133,14 @@ def _orientation_pass(
             "valid: ekf, ekf_smoothed"
         )
     meanwhile()
+    if options.pose_prior is not None and "O" in kinds and _measures_orientation(recording):
+        return orientation_pass(
+            recording, body, start=declared_pose(recording.setup.rest, body), progress=progress,
+            options=OrientationPassOptions(
+                pose_prior=options.pose_prior, warm_start=True, rate_hz=options.rate_hz,
+                share_sigma=options.prior.share_sigma,
+            ),
+        )  # fmt: skip
     still = at_rest(recording, body, use_root=uses_root(recording, options.root))
     first = dataclasses.replace(
         options, kinds=kinds, covariance=False, user_residuals=(),
@@ -131,3 +149,8 @@ def _orientation_pass(
         constants=dataclasses.replace(options.constants, adapt=False),
     )  # fmt: skip
     return optimise(recording, body, initial=still, options=first, progress=progress)
+
+
+def _measures_orientation(recording: Recording) -> bool:
+    boards = recording.inertial.values()
+    return any(np.isfinite(np.asarray(board.orientation)).any() for board in boards)
