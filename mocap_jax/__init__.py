@@ -34,12 +34,14 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import NoiseOptions as NoiseOptions
     from mocap_jax.estimate import OptimiseOptions as OptimiseOptions
     from mocap_jax.estimate import PriorOptions as PriorOptions
+    from mocap_jax.estimate import SingleImuOptions as SingleImuOptions
     from mocap_jax.estimate import UserResidual as UserResidual
     from mocap_jax.estimate import check_residual as check_residual
     from mocap_jax.estimate import differentiable as differentiable
     from mocap_jax.estimate import differentiable_ekf as differentiable_ekf
     from mocap_jax.estimate import ekf as ekf
     from mocap_jax.estimate import optimise as optimise
+    from mocap_jax.estimate import smooth_orientation as smooth_orientation
     from mocap_jax.initialise import SensorCheck as SensorCheck
     from mocap_jax.initialise import check_sensors as check_sensors
     from mocap_jax.io import export_motion as export_motion
@@ -84,8 +86,8 @@ _HOME = {
     "errors": ("InputError", "MocapError", "SolveError"),
     "estimate": (
         "ConstantsOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions", "PriorOptions",
-        "UserResidual", "check_residual", "differentiable", "differentiable_ekf", "ekf",
-        "optimise",
+        "SingleImuOptions", "UserResidual", "check_residual", "differentiable",
+        "differentiable_ekf", "ekf", "optimise", "smooth_orientation",
     ),
     "initialise": ("SensorCheck", "check_sensors"),
     "io": (

@@ -5,6 +5,11 @@ from mocap_jax.estimate.derivatives import differentiable, differentiable_ekf
 from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.sequence.layout import UserResidual
+from mocap_jax.estimate.single_imu import (
+    SingleImuOptions,
+    SingleImuSolution,
+    smooth_orientation,
+)
 from mocap_jax.estimate.whole_sequence import optimise
 from mocap_jax.estimate.whole_sequence_options import (
     ConstantsOptions,
@@ -15,6 +20,6 @@ from mocap_jax.estimate.whole_sequence_options import (
 
 __all__ = [
     "ConstantsOptions", "DerivativeReport", "EkfOptions", "NoiseOptions", "OptimiseOptions",
-    "PriorOptions", "UserResidual", "check_residual", "differentiable", "differentiable_ekf", "ekf",
-    "optimise",
+    "PriorOptions", "SingleImuOptions", "SingleImuSolution", "UserResidual", "check_residual",
+    "differentiable", "differentiable_ekf", "ekf", "optimise", "smooth_orientation",
 ]  # fmt: skip

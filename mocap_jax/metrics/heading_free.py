@@ -45,6 +45,4 @@ def heading_free_error(
     squares = lambda offset: float((total(offset)[known] ** 2).sum())  # noqa: E731
     offset = float(minimize_scalar(squares, bounds=(guess - 0.5, guess + 0.5)).x)
     heading = np.angle(np.exp(1j * (turn - offset)))
-    return HeadingFreeError(
-        total(offset), heading, 2 * np.arccos(np.clip(upright, 0, 1)), offset
-    )
+    return HeadingFreeError(total(offset), heading, 2 * np.arccos(np.clip(upright, 0, 1)), offset)

@@ -1,10 +1,9 @@
 """Inertial samples of an interval, integrated once: rotation, velocity and position increments.
 
 Between two knots a strapdown integration of many samples is one residual (Lupton and Sukkarieh
-2012; Forster et al. 2017). Samples are means over their interval, which ends at their stamp, so that
-a sample's rate times its step is the integral itself; what the mean cannot tell, the change of the
-axis within a step (coning) and of the force against it (sculling), comes from the sample before
-(Savage 1998, two-speed algorithms with one sample a step).
+2012; Forster et al. 2017). Samples are means over their interval, so that a sample's rate times its
+step is the integral itself; what the mean cannot tell, the change of the axis within a step
+(coning) and of the force against it (sculling), comes from the sample before (Savage 1998).
 """
 
 from __future__ import annotations
@@ -65,8 +64,8 @@ def corrected(
     Args:
         samples: as measured.
         bias: of the gyroscope [rad/s].
-        constants: errors in the order of `CONSTANTS`: of the gyroscope, relative scale and cross-axis
-            errors; of the accelerometer, bias [m/s^2] and relative scale.
+        constants: errors in the order of `CONSTANTS`: of the gyroscope, relative scale and
+            cross-axis errors; of the accelerometer, bias [m/s^2] and relative scale.
     """
     scale = constants[:9].reshape(3, 3)
     rate = samples.rate - bias - samples.rate @ scale.T

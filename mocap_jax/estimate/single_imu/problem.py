@@ -17,7 +17,7 @@ from mocap_jax import so3
 from mocap_jax.estimate.single_imu.options import SingleImuOptions
 from mocap_jax.least_squares import NormalEquations
 from mocap_jax.residuals import preintegration
-from mocap_jax.residuals.preintegration import Increment, Knot, Samples
+from mocap_jax.residuals.preintegration import Knot, Samples
 
 WIDTH = 12
 _TURN, _VELOCITY, _POSITION, _BIAS = (slice(3 * i, 3 * i + 3) for i in range(4))
@@ -123,9 +123,7 @@ class SingleImuProblem:
     def _interval_rows(self, state: State) -> Rows:
         """Integrated samples, whitened and weighted."""
         increment, slopes = _increment_slopes(self.samples, state.bias[:-1], state.constants)
-        value, by = _residual_slopes(
-            *_pairs(state.knots), increment, self.gravity, self.duration
-        )
+        value, by = _residual_slopes(*_pairs(state.knots), increment, self.gravity, self.duration)
         value = np.einsum("kab,kb->ka", self.whitening, np.asarray(value))
         by = self.whitening @ np.asarray(by)
         for group in _GROUPS:

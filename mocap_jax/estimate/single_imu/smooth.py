@@ -36,7 +36,7 @@ class SingleImuSolution:
     time: Float[np.ndarray, "n"]
     """End of every sample's interval [s]: half a step after its stamp."""
     quaternion: Float[np.ndarray, "n 4"]
-    """R_world_sensor (wxyz) then; Z up, and the heading is zero where it came to be at the start."""
+    """R_world_sensor (wxyz) then; Z up; the zero of the heading is arbitrary."""
     knot_time: Float[np.ndarray, "k"]
     """[s]"""
     orientation_std: Float[np.ndarray, "k 3"]
