@@ -19,7 +19,7 @@ def test_an_offset_of_heading_is_no_error() -> None:
 def test_parts_of_the_error() -> None:
     """A drift of heading over a constant tilt, both known."""
     generator = np.random.default_rng(1)
-    reference = np.asarray(so3.quat_exp(generator.normal(size=(101, 3))))
+    reference = np.array(so3.quat_exp(generator.normal(size=(101, 3))))
     reference[7] = np.nan
     drift = np.linspace(-0.05, 0.05, 101)
     turn = so3.quat_exp(np.stack([0 * drift, 0 * drift, drift], axis=1))
