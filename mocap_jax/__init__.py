@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import OptimiseOptions as OptimiseOptions
     from mocap_jax.estimate import OrientationPassOptions as OrientationPassOptions
     from mocap_jax.estimate import PriorOptions as PriorOptions
+    from mocap_jax.estimate import SingleImuOptions as SingleImuOptions
     from mocap_jax.estimate import UserResidual as UserResidual
     from mocap_jax.estimate import check_residual as check_residual
     from mocap_jax.estimate import differentiable as differentiable
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import ekf as ekf
     from mocap_jax.estimate import optimise as optimise
     from mocap_jax.estimate import orientation_pass as orientation_pass
+    from mocap_jax.estimate import smooth_orientation as smooth_orientation
     from mocap_jax.estimate import sparse_options as sparse_options
     from mocap_jax.initialise import Heading as Heading
     from mocap_jax.initialise import SensorCheck as SensorCheck
@@ -100,9 +102,9 @@ _HOME = {
     "errors": ("InputError", "MocapError", "SolveError"),
     "estimate": (
         "ConstantsOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions",
-        "OrientationPassOptions", "PriorOptions", "UserResidual", "check_residual",
-        "differentiable", "differentiable_ekf", "ekf", "optimise", "orientation_pass",
-        "sparse_options",
+        "OrientationPassOptions", "PriorOptions", "SingleImuOptions", "UserResidual",
+        "check_residual", "differentiable", "differentiable_ekf", "ekf", "optimise",
+        "orientation_pass", "smooth_orientation", "sparse_options",
     ),
     "initialise": (
         "Heading", "SensorCheck", "calibrate_to_pose", "check_readings", "check_sensors",

@@ -7,6 +7,11 @@ from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.orientation_options import OrientationPassOptions
 from mocap_jax.estimate.orientation_pass import orientation_pass
 from mocap_jax.estimate.sequence.layout import UserResidual
+from mocap_jax.estimate.single_imu import (
+    SingleImuOptions,
+    SingleImuSolution,
+    smooth_orientation,
+)
 from mocap_jax.estimate.sparse_options import sparse_options
 from mocap_jax.estimate.whole_sequence import optimise
 from mocap_jax.estimate.whole_sequence_options import (
@@ -18,6 +23,7 @@ from mocap_jax.estimate.whole_sequence_options import (
 
 __all__ = [
     "ConstantsOptions", "DerivativeReport", "EkfOptions", "NoiseOptions", "OptimiseOptions",
-    "OrientationPassOptions", "PriorOptions", "UserResidual", "check_residual", "differentiable",
-    "differentiable_ekf", "ekf", "optimise", "orientation_pass", "sparse_options",
+    "OrientationPassOptions", "PriorOptions", "SingleImuOptions", "UserResidual",
+    "check_residual", "differentiable", "differentiable_ekf", "ekf", "optimise",
+    "orientation_pass", "smooth_orientation", "sparse_options",
 ]  # fmt: skip

@@ -10,11 +10,13 @@ from mocap_jax.metrics.consistency import (
 )
 from mocap_jax.metrics.error_table import ErrorTable
 from mocap_jax.metrics.evaluate import evaluate
+from mocap_jax.metrics.heading_free import HeadingFreeError, heading_free_error
 from mocap_jax.metrics.innovation import Nis, nis
 from mocap_jax.metrics.observed import observed_segments
 from mocap_jax.metrics.unfolded import unfolded_angles
 
 __all__ = [
-    "ErrorTable", "JointConsistency", "Nis", "chi_square_band", "coverage", "evaluate",
-    "interpolate", "joint_consistency", "nees", "nis", "observed_segments", "unfolded_angles",
+    "ErrorTable", "HeadingFreeError", "JointConsistency", "Nis", "chi_square_band", "coverage",
+    "evaluate", "heading_free_error", "interpolate", "joint_consistency", "nees", "nis",
+    "observed_segments", "unfolded_angles",
 ]  # fmt: skip
