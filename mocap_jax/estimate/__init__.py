@@ -23,7 +23,7 @@ from mocap_jax.estimate.whole_sequence_options import (
 
 __all__ = [
     "ConstantsOptions", "DerivativeReport", "EkfOptions", "NoiseOptions", "OptimiseOptions",
-    "OrientationPassOptions", "PriorOptions", "SingleImuOptions", "SingleImuSolution", "UserResidual",
-    "check_residual", "differentiable", "differentiable_ekf", "ekf", "optimise",
+    "OrientationPassOptions", "PriorOptions", "SingleImuOptions", "SingleImuSolution",
+    "UserResidual", "check_residual", "differentiable", "differentiable_ekf", "ekf", "optimise",
     "orientation_pass", "smooth_orientation", "sparse_options",
 ]  # fmt: skip

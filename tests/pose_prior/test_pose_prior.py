@@ -14,7 +14,7 @@ from mocap_jax.body import retract
 from mocap_jax.errors import InputError
 from mocap_jax.motion import Motion
 from mocap_jax.pose_prior import JOINTS, PosePrior, anatomical_joint_rotations
-from mocap_jax.pose_prior.learn import mirrored
+from mocap_jax.pose_prior.learn import PACE_FLOOR, mirrored
 from mocap_jax.trajectory import Trajectory
 
 LEGS = (("LeftUpperLeg", "Pelvis"), ("RightUpperLeg", "Pelvis"), ("LeftLowerLeg", "LeftUpperLeg"))
@@ -146,3 +146,22 @@ def test_wrong_arguments_of_learning(body):
         mj.learn_pose_prior({"a": swinging(body, 0, 60)}, joints=(("Tail", "Pelvis"),))
     with pytest.raises(InputError, match="'Head' is no ancestor of 'Pelvis'"):
         mj.learn_pose_prior({"a": swinging(body, 0, 60)}, joints=(("Pelvis", "Head"),))
+
+
+def test_mobility_of_a_walk_has_the_stated_floor():
+    """Knees bend and do not twist: across their axis nothing moves."""
+    prior = mj.learn_pose_prior({"walking": mj.builtin_motion("walking")})
+    i = prior.joints.index(("LeftLowerLeg", "LeftUpperLeg"))
+    rate = np.sqrt(np.diag(prior.mobility)[3 * i : 3 * i + 3])
+    assert rate[2] > 5 * PACE_FLOOR
+    np.testing.assert_allclose(rate[:2], PACE_FLOOR, rtol=0.5)
+    assert np.linalg.eigvalsh(prior.mobility)[0] >= 0.99 * PACE_FLOOR**2
+
+
+def test_a_prior_without_mobility_comes_back_without(tmp_path):
+    import dataclasses
+
+    prior = dataclasses.replace(mj.default_pose_prior(), mobility=None)
+    mj.save_pose_prior(tmp_path / "p.json", prior)
+    assert mj.load_pose_prior(tmp_path / "p.json").mobility is None
+    assert prior.of_segments(["Pelvis", "LeftUpperLeg"]).mobility is None
