@@ -6,13 +6,19 @@ the norms themselves, over all frames and sensors (markers) together.
 
 from __future__ import annotations
 
-import numpy as np
+from typing import NamedTuple
 
-from mocap_jax.metrics.align import Aligned
+import numpy as np
+from jaxtyping import Float
+
+from mocap_jax.errors import InputError
+from mocap_jax.metrics.align import Aligned, align
 from mocap_jax.metrics.joint_centres import joint_centres
 from mocap_jax.metrics.rotation_angle import rotation_angle
+from mocap_jax.recording import Recording
+from mocap_jax.solution import Solution
 from mocap_jax.solution.anatomy import anatomical_frames
-from mocap_jax.solution.poses import root_segment
+from mocap_jax.solution.poses import root_segment, segment_poses
 
 VALIDATION_SEGMENTS = ("LeftUpperLeg", "RightUpperLeg", "LeftUpperArm", "RightUpperArm")
 """Segments whose sensors validate: thighs and upper arms."""
@@ -50,6 +56,38 @@ def sparse_poser_errors(pair: Aligned, poses: Poses, true: Poses) -> dict[str, d
             row = {n: float(of(v)) for n, v in zip(shared, values.T, strict=True)}
             errors[f"{key}_{what}_{unit}"] = row | {"mean": float(of(values))}
     return errors
+
+
+class Series(NamedTuple):
+    """Errors over time, averaged over segments and over markers."""
+
+    time: Float[np.ndarray, "t"]
+    """[s]"""
+    orientation: Float[np.ndarray, "t"]
+    """Of the segments whose sensors were held out [deg]."""
+    position: Float[np.ndarray, "t"]
+    """Of the virtual markers [cm]."""
+
+
+def sparse_poser_series(
+    solution: Solution, reference: Recording | Solution, *, from_time: float | None = None
+) -> Series:
+    """The metrics over time (von Marcard 2017, figure 8); arguments as of `evaluate`.
+
+    Raises:
+        InputError: no truth, or bodies without thighs, upper arms and the markers' joints.
+    """
+    pair = align(solution, reference, from_time)
+    poses = segment_poses(pair.body, pair.q)
+    true = segment_poses(pair.reference_body, pair.reference_q)
+    mine, other = (set(b.topology.body_names) for b in (pair.body, pair.reference_body))
+    means = []
+    for names, measure in ((VALIDATION_SEGMENTS, _angles), (MARKERS, _distances)):
+        shared = [n for n in names if n in mine & other]
+        if not shared:
+            raise InputError(f"the bodies share none of the segments {', '.join(names)}")
+        means.append(measure(pair, poses, true, shared).mean(axis=1))
+    return Series(np.asarray(pair.time), *means)
 
 
 def _chosen(pair: Aligned, names: list[str]) -> tuple[list[int], list[int]]:

@@ -13,7 +13,8 @@ import numpy as np
 from clips import all_clips, load_clip, subject_of
 
 import mocap_jax as mj
-from mocap_jax.simulation import SUITS, VALIDATION, named_suit
+from mocap_jax.metrics import sparse_poser_series
+from mocap_jax.simulation import SUITS, named_suit
 from mocap_jax.simulation.mounting import with_shapes
 from mocap_jax.simulation.suit import Suit
 from sip2017.cells import Cell, Store
@@ -85,7 +86,15 @@ def scores_of(cell: Cell, solution: mj.Solution, recording: mj.Recording) -> dic
         own = mj.ball_jointed(mj.load_body(recording.body_xml))
         unscaled = dataclasses.replace(solution, body=own)
         scores["unscaled"] = moments(unscaled, recording)
-    return scores | {"validation": list(VALIDATION)}
+    return scores | curve(solution, recording)
+
+
+def curve(solution: mj.Solution, recording: mj.Recording) -> dict[str, dict[str, list[float]]]:
+    """Errors over time, thinned."""
+    series = sparse_poser_series(solution, recording)
+    step = float(np.median(np.diff(series.time)))
+    every = max(1, round(_CURVE_STEP / step))
+    return {"curve": {k: np.round(v[::every], 3).tolist() for k, v in series._asdict().items()}}
 
 
 def moments(solution: mj.Solution, recording: mj.Recording) -> dict[str, list[float]]:
@@ -97,4 +106,4 @@ def moments(solution: mj.Solution, recording: mj.Recording) -> dict[str, list[fl
             ("orientation", "validation_orientation_error", "deg"),
             ("position", "marker_position_error", "cm"),
         )
-    } | {"finite": [float(np.isfinite(np.asarray(solution.trajectory.q)).all())]}
+    }

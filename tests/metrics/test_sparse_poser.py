@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import mocap_jax as mj
+from mocap_jax.metrics import sparse_poser_series
 from mocap_jax.metrics.sparse_poser import MARKERS, VALIDATION_SEGMENTS
 from mocap_jax.recording import Setup
 from mocap_jax.solution import Status
@@ -54,3 +55,15 @@ def test_bodies_of_other_sizes_are_compared_by_name(body):
     errors = mj.evaluate(taller, standing(body)).errors
     assert errors["validation_orientation_error_mean_deg"]["mean"] == pytest.approx(0.0, abs=1e-6)
     assert 2 < errors["marker_position_error_mean_cm"]["mean"] < 12
+
+
+def test_over_time_and_in_the_mean_they_agree(body):
+    moved = standing(body, {"LeftUpperLeg": 0.2, "RightUpperArm": -0.1})
+    series = sparse_poser_series(moved, standing(body))
+    errors = mj.evaluate(moved, standing(body)).errors
+    assert len(series.time) == len(series.orientation) == 2
+    for values, key in (
+        (series.orientation, "validation_orientation_error_mean_deg"),
+        (series.position, "marker_position_error_mean_cm"),
+    ):
+        assert values.mean() == pytest.approx(errors[key]["mean"])
