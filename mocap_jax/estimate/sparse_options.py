@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from mocap_jax.estimate.whole_sequence_options import NoiseOptions, OptimiseOptions, PriorOptions
+from mocap_jax.estimate.whole_sequence_options import (
+    ConstantsOptions,
+    NoiseOptions,
+    OptimiseOptions,
+    PriorOptions,
+)
 from mocap_jax.pose_prior import PosePrior, default_pose_prior
 
 
@@ -28,6 +33,7 @@ def sparse_options(pose_prior: PosePrior | None = None) -> OptimiseOptions:
         kinds="AGO",
         initial="orientation",
         pose_prior=default_pose_prior() if pose_prior is None else pose_prior,
+        constants=ConstantsOptions(adapt=False),
         prior=PriorOptions(skin_sigma=0.005),
         noise=NoiseOptions(lag=0.005, lever_arm_sigma=0.005, accelerometer_model=0.05, adapt=False),
     )

@@ -140,7 +140,7 @@ class _Trial:
 def _try(problem: Problem, state: Any, damping: float) -> _Trial:
     """Linearise, solve for the step, and see where it leads."""
     factoring = Factoring(damping, problem.bends)
-    e = problem.linearise(state, None if problem.refines else factoring.follow)
+    e = problem.linearise(state, factoring.follow)
     trial = _Trial(e.cost, smooth_in_time(*shape(e)))
     if not np.isfinite(e.cost):
         return trial

@@ -56,10 +56,26 @@ def solve_step(
     Raises:
         SolveError: the equations are singular.
     """
+    try:
+        f = factoring.finish(e)
+    except SolveError:
+        if not problem.refines:
+            raise
+        f = _positive_factor(problem, state, damping)
     if problem.refines:
-        damp_jitter(e.lower, damping * problem.bends)
-        return _refined(problem, state, e, damping)
-    return linalg.solve(factoring.finish(e), -e.gradient, -e.corner_gradient, e.border)
+        return _refined(problem, state, e, damping, f)
+    return linalg.solve(f, -e.gradient, -e.corner_gradient, e.border)
+
+
+def _positive_factor(problem: Problem, state: Any, damping: float) -> linalg.ArrowFactor:
+    """Factor of equations that rounding has made indefinite, shifted by as little as it takes.
+
+    The first attempt has overwritten the equations, so they are made again.
+    """
+    e = problem.linearise(state, None)
+    damp_jitter(e.lower, damping * problem.bends)
+    plain = on_the_step(damping, *shape(e))
+    return linalg.shifted_factor(e.lower, e.corner, e.border, damping=plain)[0]
 
 
 def shape(e: NormalEquations) -> tuple[int, int]:
@@ -68,12 +84,11 @@ def shape(e: NormalEquations) -> tuple[int, int]:
 
 
 def _refined(
-    problem: Problem, state: Any, e: NormalEquations, damping: float
+    problem: Problem, state: Any, e: NormalEquations, damping: float, f: linalg.ArrowFactor
 ) -> tuple[np.ndarray, np.ndarray]:
     """The step to the accuracy of J, however badly conditioned J'J is."""
     frames, band = shape(e)
     plain = on_the_step(damping, frames, band)
-    f, _ = linalg.shifted_factor(e.lower, e.corner, e.border, damping=plain)
     x, z = linalg.solve(f, -e.gradient, -e.corner_gradient, e.border)
 
     def model(x: np.ndarray, z: np.ndarray, *, offset: bool) -> tuple[np.ndarray, np.ndarray]:

@@ -20,6 +20,8 @@ from mocap_jax.errors import SolveError
 from mocap_jax.linalg.arrow import ArrowFactor, BorderBlocks, factor, solve
 
 _EPS = float(np.finfo(float).eps)
+# A factor that is right to this leaves the square of it after one plain correction.
+_NEARLY = 1e-5
 
 
 class Model(Protocol):
@@ -44,7 +46,7 @@ class Refined:
     steps: tuple[float, ...]
     """Size of every step over that of the solution (largest entries, rad and m alike)."""
     converged: bool
-    """Whether the last two steps were below the tolerance."""
+    """Whether the last two steps were below the tolerance, or a first one small enough."""
 
 
 def shifted_factor(
@@ -94,7 +96,8 @@ def refine(
 
     The gradient is formed anew in every iteration, and every direction is made conjugate to all
     before it: the short recursion of conjugate gradients forgets the few weak directions (a root's
-    drift) that this is for, and stagnates a thousand times further off.
+    drift) that this is for, and stagnates a thousand times further off. Where the first correction
+    is below 1e-5 of the solution, rounding has lost little, and that correction is all.
 
     Args:
         f: factor of (rounded, perhaps shifted) J'J, damping included.
@@ -120,6 +123,10 @@ def refine(
     while len(steps) < max_iterations:
         residual = -call(at, offset=True)
         direction = directions.conjugate(precondition(residual))
+        first = _largest(direction) / max(_largest(at), 1e-300)
+        if not steps and first < _NEARLY:
+            at = at + direction
+            return Refined(at[:size].reshape(x.shape), at[size:], (first,), True)
         image = call(direction, offset=False)
         curvature = float(direction @ image)
         if not curvature > 0:
