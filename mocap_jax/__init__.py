@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import orientation_pass as orientation_pass
     from mocap_jax.estimate import smooth_orientation as smooth_orientation
     from mocap_jax.estimate import sparse_options as sparse_options
+    from mocap_jax.estimate import table1_options as table1_options
     from mocap_jax.initialise import Heading as Heading
     from mocap_jax.initialise import SensorCheck as SensorCheck
     from mocap_jax.initialise import calibrate_to_pose as calibrate_to_pose
@@ -105,6 +106,7 @@ _HOME = {
         "OrientationPassOptions", "PriorOptions", "SingleImuOptions", "UserResidual",
         "check_residual", "differentiable", "differentiable_ekf", "ekf", "optimise",
         "orientation_pass", "smooth_orientation", "sparse_options",
+        "table1_options",
     ),
     "initialise": (
         "Heading", "SensorCheck", "calibrate_to_pose", "check_readings", "check_sensors",

@@ -12,7 +12,7 @@ from mocap_jax.estimate.single_imu import (
     SingleImuSolution,
     smooth_orientation,
 )
-from mocap_jax.estimate.sparse_options import sparse_options
+from mocap_jax.estimate.sparse_options import sparse_options, table1_options
 from mocap_jax.estimate.whole_sequence import optimise
 from mocap_jax.estimate.whole_sequence_options import (
     ConstantsOptions,
@@ -26,4 +26,5 @@ __all__ = [
     "OrientationPassOptions", "PriorOptions", "SingleImuOptions", "SingleImuSolution",
     "UserResidual", "check_residual", "differentiable", "differentiable_ekf", "ekf", "optimise",
     "orientation_pass", "smooth_orientation", "sparse_options",
+    "table1_options",
 ]  # fmt: skip

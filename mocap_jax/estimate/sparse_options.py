@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 from mocap_jax.estimate.whole_sequence_options import (
     ConstantsOptions,
     NoiseOptions,
@@ -37,3 +39,50 @@ def sparse_options(pose_prior: PosePrior | None = None) -> OptimiseOptions:
         prior=PriorOptions(skin_sigma=0.005),
         noise=NoiseOptions(lag=0.005, lever_arm_sigma=0.005, accelerometer_model=0.05, adapt=False),
     )
+
+
+# Weights of von Marcard 2017, table 1.
+_ACCELERATION, _MAHALANOBIS, _LIMITS = 0.05, 0.003, 0.1
+
+
+def table1_options(
+    rate_hz: float, sensors: int = 6, pose_prior: PosePrior | None = None
+) -> OptimiseOptions:
+    """Options with the weights of von Marcard 2017, table 1, and nothing of our own.
+
+    Orientations and accelerations (plain second differences) with one weight each, the Mahalanobis
+    distance of every frame, joint limits; no rates, constants, smoothness or robust losses. The
+    paper's energies are means over frames and sensors; in units of one radian of one sensor, an
+    acceleration has a deviation of 0.05^-1/2 m/s^2, and a frame counts as 0.003 poses a sensor. The
+    acceleration is compared in the sensor's frame, with the rotation that is solved for (the paper:
+    in the world's, with the measured one). Place boards by `calibrate_to_pose` first (eq. 7).
+
+    Args:
+        rate_hz: of the frames.
+        sensors: how many are used.
+        pose_prior: what poses people take; default `default_pose_prior()`.
+    """
+    prior = default_pose_prior() if pose_prior is None else pose_prior
+    loose = 1e8
+    return OptimiseOptions(
+        kinds="AO",
+        stencil="plain",
+        initial="orientation",
+        root="free",
+        pose_prior=dataclasses.replace(
+            prior, correlation_time=1 / (rate_hz * sensors * _MAHALANOBIS), mobility=None
+        ),
+        constants=ConstantsOptions(
+            gyroscope_bias_sigma=0.0, accelerometer_bias_sigma=0.0, mounting_sigma=0.0,
+            offset_sigma=0.0, adapt=False,
+        ),
+        noise=NoiseOptions(
+            lag=0.0, lever_arm_sigma=0.0, orientation_model=1.0,
+            accelerometer_model=_ACCELERATION**-0.5, inertial_loss="none", adapt=False,
+        ),
+        prior=PriorOptions(
+            smoothness_density=loose, shared_smoothness_density=loose, translation_density=loose,
+            pose_sigma=1e3, knee_sigma=0.0, limit_sigma=(rate_hz * sensors * _LIMITS) ** -0.5,
+        ),
+        covariance=False,
+    )  # fmt: skip

@@ -11,6 +11,7 @@ from sip2017.bodies import manual_body, scaled_body, subject_body, words_body, w
 ROWS = {
     "SOP": "orientations alone, frame by frame",
     "SIP-M": "body rigged by hand",
+    "SIP-T1": "the subject's body, weights of table 1",
     "SIP": "the subject's body",
     "SIP-BW": "body from stature alone",
     "SIP-110": "body 110 %",
@@ -41,6 +42,9 @@ def estimate(
         on, body, start=declared_pose(on.setup.rest, body),
         options=mj.OrientationPassOptions(pose_prior=prior, warm_start=True),
     )  # fmt: skip
+    if row == "SIP-T1":
+        rate = on.setup.sensors[0].rate_hz
+        options = mj.table1_options(rate, len(sensors), prior)
     return start if row == "SOP" else mj.optimise(on, body, initial=start, options=options)
 
 
