@@ -116,21 +116,28 @@ def add_normal_blocks(
     weights: Weights,
     core: slice,
 ) -> tuple[list[Array], Array]:
-    """Add the prior to the blocks and the gradient of the core frames."""
+    """Add the prior to the blocks and the gradient of the core frames.
+
+    With information matrices A of poses and B of changes, and derivatives J of frame k, the blocks
+    are J_k' (A + B + B) J_k, for the changes before and after it, and -J_k+1' B J_k.
+    """
     rows = _rows(layout, body, w, x, weights, slice(core.start, core.stop + 1))
     usual, pace = weights.pose_prior.whitening, weights.pose_prior.pace
-    away = jnp.einsum("ij,cjv->civ", usual, rows[:-1])
-    info = terms.pose_information[core][:, None]
-    gradient = gradient + jnp.einsum("civ,ci->cv", away, info * whitened(x[core], weights))
-    square = _product(away * info[..., None], away)
-
-    moving = jnp.einsum("ij,cjv->civ", pace, rows)
-    before, after = (terms.pace_information[_shifted(core, k)][:, None] for k in (-1, 0))
-    change = changes(x, weights)
-    pull = before * change[_shifted(core, -1)] - after * change[core]
-    gradient = gradient + jnp.einsum("civ,ci->cv", moving[:-1], pull)
-    square = square + _product(moving[:-1] * (before + after)[..., None], moving[:-1])
-    coupling = -_product(moving[1:] * after[..., None], moving[:-1])
+    A, B = usual.T @ usual, pace.T @ pace
+    info, before, after = (
+        terms.pose_information[core],
+        terms.pace_information[_shifted(core, -1)],
+        terms.pace_information[core],
+    )
+    flat = x.reshape(len(x), -1)
+    behind, here, ahead = (flat[_shifted(core, k)] for k in (-1, 0, 1))
+    force = (info[:, None] * here) @ A
+    force = force + (before[:, None] * (here - behind) - after[:, None] * (ahead - here)) @ B
+    gradient = gradient + jnp.einsum("civ,ci->cv", rows[:-1], force)
+    stiff = jnp.einsum("ij,cjv->civ", B, rows[:-1])
+    held = info[:, None, None] * jnp.einsum("ij,cjv->civ", A, rows[:-1])
+    square = _product(rows[:-1], held + (before + after)[:, None, None] * stiff)
+    coupling = -_product(rows[1:], after[:, None, None] * stiff)
     return [blocks[0] + square, blocks[1] + coupling, *blocks[2:]], gradient
 
 
