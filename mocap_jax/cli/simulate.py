@@ -83,6 +83,10 @@ def run(arguments: argparse.Namespace) -> int:
     motion = _load_motion(arguments)
     suit = None
     if arguments.sensors:
+        if arguments.sensors not in SUITS and not Path(arguments.sensors).is_file():
+            raise InputError(
+                f"{arguments.sensors}: neither a set-up file nor a suit; suits: {', '.join(SUITS)}"
+            )
         read = named_suit if arguments.sensors in SUITS else load_suit
         suit = read(arguments.sensors, with_shapes(motion.body))
     recording = simulate(
