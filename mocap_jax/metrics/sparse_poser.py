@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from mocap_jax.body import Topology
 from mocap_jax.errors import InputError
 from mocap_jax.metrics.align import Aligned, align
 from mocap_jax.metrics.joint_centres import joint_centres
@@ -39,8 +40,8 @@ def sparse_poser_errors(pair: Aligned, poses: Poses, true: Poses) -> dict[str, d
     - `validation_orientation_error_mean_deg`, `..._std_deg`: angle between estimated and true
       orientation in the world of the segments whose sensors were held out (of their anatomical
       frames, where the two bodies are different skeletons).
-    - `marker_position_error_mean_cm`, `..._std_cm`: distance of virtual markers, each relative to
-      its root's position.
+    - `marker_position_error_mean_cm`, `..._std_cm`: distance of virtual markers, relative to the
+      root's position (to the middle of the hips, where the two bodies are different skeletons).
     """
     mine, other = (set(b.topology.body_names) for b in (pair.body, pair.reference_body))
     errors: dict[str, dict[str, float]] = {}
@@ -98,7 +99,7 @@ def _chosen(pair: Aligned, names: list[str]) -> tuple[list[int], list[int]]:
 def _angles(pair: Aligned, poses: Poses, true: Poses, names: list[str]) -> np.ndarray:
     mine, other = _chosen(pair, names)
     R, R_true = poses[0][:, mine], true[0][:, other]
-    if pair.body.topology.body_names != pair.reference_body.topology.body_names:
+    if not _same_skeleton(pair):
         # Skeletons lay their segments' frames differently.
         R = R @ anatomical_frames(pair.body)[mine]
         R_true = R_true @ anatomical_frames(pair.reference_body)[other]
@@ -106,10 +107,25 @@ def _angles(pair: Aligned, poses: Poses, true: Poses, names: list[str]) -> np.nd
 
 
 def _distances(pair: Aligned, poses: Poses, true: Poses, names: list[str]) -> np.ndarray:
+    same = _same_skeleton(pair)
     sides = []
     for body, (R, p), chosen in zip(
         (pair.body, pair.reference_body), (poses, true), _chosen(pair, names), strict=True
     ):
-        centre = joint_centres(body, R, p)[:, chosen]
-        sides.append(centre - p[:, [root_segment(body.topology)]])
+        centre = joint_centres(body, R, p)
+        sides.append(centre[:, chosen] - _middle(body.topology, centre, p, by_hips=not same))
     return 100 * np.linalg.norm(sides[0] - sides[1], axis=-1)
+
+
+def _same_skeleton(pair: Aligned) -> bool:
+    return pair.body.topology.body_names == pair.reference_body.topology.body_names
+
+
+def _middle(
+    topology: Topology, centre: np.ndarray, p: np.ndarray, *, by_hips: bool
+) -> Float[np.ndarray, "t 1 3"]:
+    """The root's position, or the middle of the hips: skeletons lay their root differently."""
+    hips = [s for s in ("LeftUpperLeg", "RightUpperLeg") if s in topology.body_names]
+    if not by_hips or len(hips) < 2:
+        return p[:, [root_segment(topology)]]
+    return centre[:, [topology.body_index(h) for h in hips]].mean(axis=1, keepdims=True)

@@ -67,3 +67,16 @@ def test_over_time_and_in_the_mean_they_agree(body):
         (series.position, "marker_position_error_mean_cm"),
     ):
         assert values.mean() == pytest.approx(errors[key]["mean"])
+
+
+def test_different_skeletons_are_laid_over_each_other_by_the_hips(body):
+    """One segment has another name, and the root is elsewhere: nothing is wrong."""
+    xml = body.xml.replace('name="LeftToe"', 'name="toes"')
+    other = mj.load_body(xml)
+    assert other.topology.body_names != body.topology.body_names
+    moved = standing(other)
+    shifted = np.asarray(moved.trajectory.q).copy()
+    shifted[:, :3] += [0.3, 0.1, 0.2]
+    moved = dataclasses.replace(moved, trajectory=mj.Trajectory(moved.trajectory.time, shifted))
+    errors = mj.evaluate(moved, standing(body)).errors
+    assert errors["marker_position_error_mean_cm"]["mean"] == pytest.approx(0.0, abs=1e-9)
