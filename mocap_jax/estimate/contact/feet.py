@@ -73,9 +73,7 @@ def _sole(ankle: np.ndarray, ball: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return heel, ball
 
 
-def positions(
-    body: Body, feet: Feet, q: Float[np.ndarray, "t nq"]
-) -> Float[np.ndarray, "t p 3"]:
+def positions(body: Body, feet: Feet, q: Float[np.ndarray, "t nq"]) -> Float[np.ndarray, "t p 3"]:
     """World positions of the points in all frames [m]."""
     at = np.array(feet.bodies)
     points = jnp.asarray(feet.points)

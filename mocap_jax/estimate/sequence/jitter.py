@@ -30,7 +30,9 @@ def bending(layout: Layout) -> Bool[np.ndarray, "nv"]:
         return np.ones(topology.nv, bool)
     sites = np.array([*layout.sites, *layout.range_sites], int)
     moved = np.asarray(topology.site_body, int)[sites]
-    return np.asarray(topology.body_dofs[[layout.root_body, *layout.contact_bodies, *moved]].any(axis=0))
+    return np.asarray(
+        topology.body_dofs[[layout.root_body, *layout.contact_bodies, *moved]].any(axis=0)
+    )
 
 
 def least_damping(
