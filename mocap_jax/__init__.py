@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import differentiable as differentiable
     from mocap_jax.estimate import differentiable_ekf as differentiable_ekf
     from mocap_jax.estimate import ekf as ekf
+    from mocap_jax.estimate import magnetic_heading as magnetic_heading
     from mocap_jax.estimate import optimise as optimise
     from mocap_jax.estimate import orientation_pass as orientation_pass
     from mocap_jax.estimate import smooth_orientation as smooth_orientation
@@ -106,7 +107,7 @@ _HOME = {
         "ConstantsOptions", "ContactOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions",
         "OrientationPassOptions", "PriorOptions", "SingleImuOptions", "UserResidual",
         "absolute_position", "check_residual", "differentiable", "differentiable_ekf", "ekf",
-        "optimise",
+        "magnetic_heading", "optimise",
         "orientation_pass", "smooth_orientation", "sparse_options",
     ),
     "initialise": (

@@ -17,10 +17,7 @@ from mocap_jax.body import Body, site_frames
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.estimate.sequence.layout import UserResidual
 from mocap_jax.recording import RootStream
-from mocap_jax.residuals.robust import LossName, loss
-
-# Below this whitened square, a robust loss is the square itself (and its root has a derivative).
-_SMALL = 1e-12
+from mocap_jax.residuals.robust import LossName, root_of_weight
 
 
 @dataclass(frozen=True)
@@ -41,18 +38,10 @@ class _Position:
         share = data["share"][:, None]
         predicted = (1 - share) * here + share * there
         off = jnp.where(known, predicted - data["position"], 0.0) / jnp.array(self.sigma)
-        return (off * _root_of_weight(off, self.loss, self.scale)).ravel()
+        return (off * root_of_weight(off, self.loss, self.scale)).ravel()
 
     def _place(self, body: Body, q: Float[Array, "nq"]) -> Float[Array, "3"]:
         return q[:3] if self.site is None else site_frames(body, q).position[self.site]
-
-
-def _root_of_weight(off: Float[Array, "n 3"], name: LossName, scale: float) -> Float[Array, "n 1"]:
-    """Factor that makes half the square of whitened vectors half their robust loss."""
-    squared = (off**2).sum(-1, keepdims=True)
-    large = squared > _SMALL
-    safe = jnp.where(large, squared, 1.0)
-    return jnp.where(large, jnp.sqrt(loss(name, safe, scale) / safe), 1.0)
 
 
 def absolute_position(

@@ -99,7 +99,8 @@ def rows(layout: Layout, w: Window, terms: Terms, weights: Weights, core: slice)
         _point_jacobian(layout, w, weights, slice(span.start + o, span.stop + o)) for o in (0, 1)
     )
     longer = [_longer(layout, w, slice(span.start + o, span.stop + o)) for o in (0, 1)]
-    flat = lambda x: x.reshape(len(here), -1, *x.shape[3:])  # noqa: E731
+    # No -1: without unknown lengths an array may be empty.
+    flat = lambda x: x.reshape(len(x), x.shape[1] * x.shape[2], *x.shape[3:])  # noqa: E731
 
     def by(now: Array, change: Array) -> Array:
         """Whitened rows, from derivatives (c, p, 3, n) of points and of displacements."""
