@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from mocap_jax.errors import MocapError as MocapError
     from mocap_jax.errors import SolveError as SolveError
     from mocap_jax.estimate import ConstantsOptions as ConstantsOptions
+    from mocap_jax.estimate import ContactOptions as ContactOptions
     from mocap_jax.estimate import EkfOptions as EkfOptions
     from mocap_jax.estimate import NoiseOptions as NoiseOptions
     from mocap_jax.estimate import OptimiseOptions as OptimiseOptions
@@ -39,10 +40,12 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import PriorOptions as PriorOptions
     from mocap_jax.estimate import SingleImuOptions as SingleImuOptions
     from mocap_jax.estimate import UserResidual as UserResidual
+    from mocap_jax.estimate import absolute_position as absolute_position
     from mocap_jax.estimate import check_residual as check_residual
     from mocap_jax.estimate import differentiable as differentiable
     from mocap_jax.estimate import differentiable_ekf as differentiable_ekf
     from mocap_jax.estimate import ekf as ekf
+    from mocap_jax.estimate import magnetic_heading as magnetic_heading
     from mocap_jax.estimate import optimise as optimise
     from mocap_jax.estimate import orientation_pass as orientation_pass
     from mocap_jax.estimate import smooth_orientation as smooth_orientation
@@ -102,9 +105,10 @@ _HOME = {
     "conversion": ("ConvertOptions", "convert"),
     "errors": ("InputError", "MocapError", "SolveError"),
     "estimate": (
-        "ConstantsOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions",
+        "ConstantsOptions", "ContactOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions",
         "OrientationPassOptions", "PriorOptions", "SingleImuOptions", "UserResidual",
-        "check_residual", "differentiable", "differentiable_ekf", "ekf", "optimise",
+        "absolute_position", "check_residual", "differentiable", "differentiable_ekf", "ekf",
+        "magnetic_heading", "optimise",
         "orientation_pass", "smooth_orientation", "sparse_options",
         "table1_options",
     ),

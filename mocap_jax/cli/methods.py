@@ -61,6 +61,7 @@ def solve(
     process: Process = "white_jerk",
     smooth: bool = False,
     sparse: bool = False,
+    contacts: bool = False,
     progress: bool = False,
 ) -> Solution:
     """Estimate with one of `METHODS`.
@@ -75,6 +76,7 @@ def solve(
         process: process noise of the filter, "white_jerk" or "paper".
         smooth: with "ekf", run the backward smoother as well.
         sparse: with "optimise", use `sparse_options`.
+        contacts: with "optimise", hold standing feet (`ContactOptions`).
         progress: show progress bars on stderr.
     """
     from mocap_jax.estimate import EkfOptions, ekf
@@ -85,7 +87,7 @@ def solve(
     filtering = EkfOptions(kinds=kinds, root=root, process=process, smooth=smooth)
     if method == "ekf":
         return ekf(recording, body, options=filtering, progress=progress)
-    from mocap_jax.estimate import OptimiseOptions, optimise, sparse_options
+    from mocap_jax.estimate import ContactOptions, OptimiseOptions, optimise, sparse_options
 
     initial = None
     if process != "white_jerk":
@@ -94,7 +96,8 @@ def solve(
         )
         initial = ekf(recording, body, options=smoothing, progress=progress)
     whole = sparse_options() if sparse else OptimiseOptions()
-    whole = dataclasses.replace(whole, kinds=kinds, root=root)
+    feet = ContactOptions() if contacts else None
+    whole = dataclasses.replace(whole, kinds=kinds, root=root, contacts=feet)
     solution = optimise(recording, body, initial=initial, options=whole, progress=progress)
     return dataclasses.replace(solution, method=method)
 

@@ -62,6 +62,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="whether the recorded root pose is used (default: given when the recording has it)",
     )
     parser.add_argument(
+        "--contacts",
+        action="store_true",
+        help="with --method optimise: feet that stand on the ground do not move, so that a free "
+        "root hardly drifts",
+    )
+    parser.add_argument(
         "--preset",
         metavar="NAME",
         help="; ".join(f"{name}: {preset.summary}" for name, preset in PRESETS.items()),
@@ -97,6 +103,7 @@ def run(arguments: argparse.Namespace) -> int:
         process=preset.process,
         smooth=arguments.smooth,
         sparse=preset.sparse,
+        contacts=arguments.contacts,
         progress=sys.stderr.isatty(),
     )
     remarks = tuple(dict.fromkeys((*suspicions, *solution.remarks, *recording.salvage)))
@@ -142,6 +149,8 @@ def _check_choices(arguments: argparse.Namespace) -> None:
         )
     if arguments.smooth and method != "ekf":
         raise UsageError(f"--smooth belongs to --method ekf, not to {method}")
+    if arguments.contacts and method != "optimise":
+        raise UsageError(f"--contacts belongs to --method optimise, not to {method}")
 
 
 def _check_root(arguments: argparse.Namespace, recording: Recording, source: Path) -> None:

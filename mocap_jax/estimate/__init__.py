@@ -1,9 +1,12 @@
 """Estimators: where recordings, bodies and solvers are wired together."""
 
+from mocap_jax.estimate.absolute_position import absolute_position
 from mocap_jax.estimate.check_residual import DerivativeReport, check_residual
+from mocap_jax.estimate.contact.options import ContactOptions
 from mocap_jax.estimate.derivatives import differentiable, differentiable_ekf
 from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
+from mocap_jax.estimate.magnetic_heading import magnetic_heading
 from mocap_jax.estimate.orientation_options import OrientationPassOptions
 from mocap_jax.estimate.orientation_pass import orientation_pass
 from mocap_jax.estimate.sequence.layout import UserResidual
@@ -22,9 +25,10 @@ from mocap_jax.estimate.whole_sequence_options import (
 )
 
 __all__ = [
-    "ConstantsOptions", "DerivativeReport", "EkfOptions", "NoiseOptions", "OptimiseOptions",
-    "OrientationPassOptions", "PriorOptions", "SingleImuOptions", "SingleImuSolution",
-    "UserResidual", "check_residual", "differentiable", "differentiable_ekf", "ekf", "optimise",
+    "ConstantsOptions", "ContactOptions", "DerivativeReport", "EkfOptions", "NoiseOptions",
+    "OptimiseOptions", "OrientationPassOptions", "PriorOptions", "SingleImuOptions",
+    "SingleImuSolution", "UserResidual", "absolute_position", "check_residual", "differentiable",
+    "differentiable_ekf", "ekf", "magnetic_heading", "optimise",
     "orientation_pass", "smooth_orientation", "sparse_options",
     "table1_options",
 ]  # fmt: skip

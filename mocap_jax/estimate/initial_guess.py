@@ -54,8 +54,11 @@ def at_rest(recording: Recording, body: Body, *, use_root: bool) -> Solution:
     time = np.array(recording.interval) if root is None else np.asarray(root.time)
     q = np.tile(rest.q, (len(time), 1))
     if root is not None:
-        known = np.isfinite(np.hstack([root.position, root.orientation])).all(axis=1)
-        q[:, :3], q[:, 3:7] = np.asarray(root.position), np.asarray(root.orientation)
+        position, quat = np.asarray(root.position), np.asarray(root.orientation)
+        if not np.isfinite(quat).any():  # positions alone: the rest pose's orientation stays
+            quat = q[:, 3:7]
+        q[:, :3], q[:, 3:7] = position, quat
+        known = np.isfinite(q).all(axis=1)
         time, q = time[known], q[known]
     constants = {
         f"{key}/{name}": values[i]

@@ -31,10 +31,15 @@ def uses_root(recording: Recording, root: str) -> bool:
     return root != "free" and recording.root is not None
 
 
-def gauge_remarks(root_given: bool) -> tuple[str, ...]:
+def gauge_remarks(root_given: bool, *, contacts: bool = False) -> tuple[str, ...]:
     """What a solution without a measured root says about it."""
     if root_given:
         return ()
+    if contacts:
+        return (
+            "Root free: its position and heading come from standing feet, accelerations and rates, "
+            "and drift slowly; they are tied to the declared pose at the start.",
+        )
     return (
         "Root free: its position and heading come from accelerations and rates alone and drift; "
         "they are tied to the declared pose at the start.",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
+from mocap_jax.estimate.contact.options import ContactOptions
 from mocap_jax.estimate.whole_sequence_options import (
     ConstantsOptions,
     NoiseOptions,
@@ -13,7 +14,9 @@ from mocap_jax.estimate.whole_sequence_options import (
 from mocap_jax.pose_prior import PosePrior, default_pose_prior
 
 
-def sparse_options(pose_prior: PosePrior | None = None) -> OptimiseOptions:
+def sparse_options(
+    pose_prior: PosePrior | None = None, *, contacts: bool = False
+) -> OptimiseOptions:
     """Options of `optimise` for few boards, such as the six of the Sparse Inertial Poser.
 
     Joints between two boards are told by accelerations: a board's path follows from them and
@@ -30,12 +33,14 @@ def sparse_options(pose_prior: PosePrior | None = None) -> OptimiseOptions:
 
     Args:
         pose_prior: what poses people take; default `default_pose_prior()`.
+        contacts: hold standing feet (`ContactOptions`), so that the root hardly drifts.
     """
     return OptimiseOptions(
         kinds="AGO",
         initial="orientation",
         pose_prior=default_pose_prior() if pose_prior is None else pose_prior,
         constants=ConstantsOptions(adapt=False),
+        contacts=ContactOptions() if contacts else None,
         prior=PriorOptions(skin_sigma=0.005),
         noise=NoiseOptions(lag=0.005, lever_arm_sigma=0.005, accelerometer_model=0.05, adapt=False),
     )

@@ -143,7 +143,7 @@ def _orientation_pass(
         )  # fmt: skip
     still = at_rest(recording, body, use_root=uses_root(recording, options.root))
     first = dataclasses.replace(
-        options, kinds=kinds, covariance=False, user_residuals=(),
+        options, kinds=kinds, covariance=False, user_residuals=(), contacts=None,
         prior=dataclasses.replace(options.prior, skin_sigma=0.0),
         noise=dataclasses.replace(options.noise, adapt=False),
         constants=dataclasses.replace(options.constants, adapt=False),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+from mocap_jax.estimate.contact.options import ContactOptions
 from mocap_jax.estimate.sequence.layout import UserResidual
 from mocap_jax.least_squares import SolverOptions
 from mocap_jax.pose_prior import PosePrior
@@ -199,5 +200,8 @@ class OptimiseOptions:
     pose_prior: PosePrior | None = None
     """What poses people take (`default_pose_prior()`, or one of your own). It stands in for
     `PriorOptions.pose_sigma` at the joints it knows."""
+    contacts: ContactOptions | None = None
+    """Feet that stand on the ground do not move (`ContactOptions()`); None = off. What a free root
+    drifts by is mostly gone then. The body needs feet by name."""
     user_residuals: tuple[UserResidual, ...] = ()
     """The user's own residuals, see `UserResidual`."""

@@ -42,6 +42,9 @@ from mocap_jax.trajectory import Trajectory
 # Frames beyond which a free root's drift is lost in the rounding of J'J (condition ~ frames^4).
 _LONG = 300
 
+# Contacts are found in the motion of a first solve, and again in that of the second.
+_CONTACT_ROUNDS = 3
+
 _STATUS = {
     Outcome.CONVERGED: Status.CONVERGED,
     Outcome.MAX_ITERATIONS: Status.MAX_ITERATIONS,
@@ -87,6 +90,8 @@ class Run:
         """The solution from a start; a failed solve is a value."""
         generator = np.random.default_rng(0)
         rounds = self.options.noise.rounds if self._adapts() else 1
+        if self.built.contacts is not None:
+            rounds = max(rounds, _CONTACT_ROUNDS)
         result = Result(state, Outcome.MAX_ITERATIONS, ())
         with tqdm(desc="optimise", unit="iteration", disable=not progress) as bar:
             number, last = 0, rounds == 1
@@ -110,6 +115,8 @@ class Run:
         self, state: State, changed: dict[str, np.ndarray], generator: np.random.Generator
     ) -> Levels:
         """Levels as a solution shows them; unchanged where its equations are singular."""
+        if not self._adapts():
+            return self.levels
         try:
             levels = re_estimate(
                 self.problem, state, self.built, changed, self.levels, self.options, generator
@@ -139,6 +146,10 @@ class Run:
         mu = self.options.noise.range_mu
         graduation = mu[-1] if last else mu[min(number, len(mu) - 1)]
         self.problem.replace_weights(range_mu=graduation)
+        if self.built.contacts is not None:
+            contact, ground = self.built.contacts.update(state.q, number, last=last)
+            self.problem.replace_terms(contact=contact)
+            self.problem.replace_weights(ground=ground)
         return changed
 
     def _information(self, state: State, repeats: float) -> dict[str, np.ndarray]:
@@ -183,7 +194,7 @@ class Run:
             status=status,
             method="optimise",
             setup=recording.setup,
-            remarks=(*recording.salvage, *remarks, *gauge_remarks(root_given)),
+            remarks=(*recording.salvage, *remarks, *self._gauge(root_given)),
             covariance=covariance,
             pair_covariance=pairs,
             observed=observed_joints(self.body, self.data),
@@ -199,6 +210,9 @@ class Run:
         return (
             dataclasses.replace(solution, remarks=(*solution.remarks, told)) if told else solution
         )
+
+    def _gauge(self, root_given: bool) -> tuple[str, ...]:
+        return gauge_remarks(root_given, contacts=self.built.contacts is not None)
 
     def _covariance(
         self, state: State

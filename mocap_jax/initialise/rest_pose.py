@@ -204,10 +204,18 @@ class _Problem:
         }
 
     def _with_root(self, q: np.ndarray) -> np.ndarray:
-        if self.body.has_free_root and np.isfinite(self.readings.root_position).all():
-            q = q.copy()
-            q[:3], q[3:7] = self.readings.root_position, self.readings.root_orientation
+        there, turned = self._root_known()
+        q = q.copy()
+        if self.body.has_free_root and there:
+            q[:3] = self.readings.root_position
+        if self.body.has_free_root and turned:
+            q[3:7] = self.readings.root_orientation
         return q
+
+    def _root_known(self) -> tuple[bool, bool]:
+        """Whether position and orientation of the root were measured."""
+        r = self.readings
+        return bool(np.isfinite(r.root_position).all()), bool(np.isfinite(r.root_orientation).all())
 
     def _sigmas(self, scale: float) -> np.ndarray:
         """Prior standard deviations of (pose, mounting, offset)."""
@@ -215,9 +223,9 @@ class _Problem:
         pose_sigma = o.pose_sigma if self.still.declared else o.undeclared_pose_sigma
         pose = np.full(nv, pose_sigma * scale if o.pose else 1e-6)
         if self.body.has_free_root:
-            measured = np.isfinite(self.readings.root_position).all()
-            pose[:3] = self.noise.root_position if measured else o.root_position_sigma
-            if measured:
+            there, turned = self._root_known()
+            pose[:3] = self.noise.root_position if there else o.root_position_sigma
+            if turned:
                 pose[3:6] = self.noise.root_orientation
         fixed = not self.still.still
         mounting = 1e-6 if fixed or not o.mounting else o.mounting_sigma * scale

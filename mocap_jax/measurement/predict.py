@@ -68,6 +68,17 @@ def specific_force(body: Body, c: Chain, sites: Sites) -> Prediction:
     return Prediction(force, jacobian)
 
 
+def magnetic_field(body: Body, c: Chain, sites: Sites, field: Float[Array, "3"]) -> Prediction:
+    """A uniform world field in the sensor frames, R' B [T]; Jacobian (s, 3, nv).
+
+    A sensor turned by d, in its own frame, sees B turned by -d.
+    """
+    turned = orientation(body, c, sites)
+    seen = so3.matvec3(jnp.swapaxes(turned.value, -1, -2), jnp.broadcast_to(field, (len(sites), 3)))
+    by_q = so3.cross(seen[:, None], jnp.swapaxes(turned.jacobian, -1, -2))
+    return Prediction(seen, jnp.swapaxes(by_q, -1, -2))
+
+
 class Ranging(NamedTuple):
     """Predicted distances, Jacobian, and the cosine between emission axis and direction."""
 

@@ -17,6 +17,8 @@ from jax import Array
 from mocap_jax.errors import unknown_name
 
 LossName = Literal["none", "huber", "cauchy", "geman_mcclure"]
+# Below this whitened square, a loss is the square itself.
+_SMALL = 1e-12
 LOSSES: tuple[str, ...] = ("none", "huber", "cauchy", "geman_mcclure")
 
 
@@ -56,3 +58,20 @@ def weight(name: str, squared: Array, scale: float | Array, mu: float | Array = 
     if name == "geman_mcclure":
         return (mu * c2 / (mu * c2 + squared)) ** 2
     raise unknown_name("robust loss", name, LOSSES)
+
+
+def root_of_weight(whitened: Array, name: str, scale: float | Array) -> Array:
+    """Factor (..., 1) on whitened vectors that makes half their square half their robust loss.
+
+    For residuals that a solver takes as they are: a plain least-squares residual times it is
+    robust. Like the loss itself it is differentiable everywhere.
+
+    Args:
+        whitened: vectors (..., n).
+        name: one of `LOSSES`.
+        scale: whitened norm beyond which a residual counts as an outlier.
+    """
+    squared = (whitened**2).sum(-1, keepdims=True)
+    large = squared > _SMALL
+    safe = jnp.where(large, squared, 1.0)
+    return jnp.where(large, jnp.sqrt(loss(name, safe, scale) / safe), 1.0)

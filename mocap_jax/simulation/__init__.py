@@ -1,6 +1,7 @@
 """Known motion to a recording with its truth, by C MuJoCo's physics."""
 
 from mocap_jax.simulation.default_suit import default_suit
+from mocap_jax.simulation.magnetic import earth_field
 from mocap_jax.simulation.mounting import mount
 from mocap_jax.simulation.named_suits import SUITS, VALIDATION, named_suit
 from mocap_jax.simulation.options import SimulationOptions
@@ -11,5 +12,5 @@ from mocap_jax.simulation.suit_file import load_suit, save_suit
 
 __all__ = [
     "PROFILES", "SUITS", "VALIDATION", "Mounting", "Profile", "SimulationOptions", "Suit",
-    "default_suit", "load_suit", "mount", "named_suit", "save_suit", "simulate",
+    "default_suit", "earth_field", "load_suit", "mount", "named_suit", "save_suit", "simulate",
 ]  # fmt: skip

@@ -25,6 +25,9 @@ class SimulationOptions:
     """Sampling rate of the boards [Hz] (Vlasic 2007, section 3.3)."""
     orientations: bool = False
     """Boards report their orientation as well, as commercial inertial sensors do."""
+    magnetic_field: tuple[float, float, float] | None = None
+    """Field in the world [T], for instance `earth_field(latitude)`: boards measure it; None: they
+    have no magnetometers."""
     pulse_interval_s: float = 0.008
     """Time between pulses of successive sources [s] (Vlasic 2007, section 3.2)."""
     speed_of_sound: float = 343.0

@@ -15,6 +15,10 @@ gyroscope drift: 2e-4 rad/s/sqrt(s); accelerometer drift: 1e-3 m/s^2/sqrt(s)
 orientation, where boards report one: 0.75 deg inclination, 1.5 deg heading, drifting within 10 s
     Xsens MTw Awinda user manual, 2018: dynamic accuracy (RMS). The 10 s are our choice. White noise
     0.3 deg, also in `paper`.
+magnetic field, where it is simulated: hard iron 1 uT an axis, disturbance 3 uT that changes within
+5 s
+    Our choice: a twentieth of the field or so is left after calibration, and some 10 degrees of
+    heading indoors (de Vries et al. 2009, Gait & Posture 29, 535-541, measured more near floors).
 scale error: 1 %
     MPU-6050: +-3 % initial tolerance of both sensors; a third of it as standard deviation.
 saturation: +-16 g, +-2000 deg/s
@@ -78,6 +82,12 @@ class Profile:
     """The same about the vertical [rad]."""
     orientation_time: float = 10.0
     """Correlation time of these slow errors [s]."""
+    magnetic_bias: float = 0.0
+    """Hard iron of a board's magnetometer, per axis [T]."""
+    magnetic_disturbance: float = 0.0
+    """Of the field where a board is, per axis of the world [T]."""
+    magnetic_time: float = 5.0
+    """Correlation time of this disturbance [s]."""
     scale: float = 0.0
     """Relative, per axis of either sensor."""
     gyroscope_limit: float = float("inf")
@@ -134,6 +144,8 @@ _FIELD = Profile(
     accelerometer_drift=1e-3,
     orientation_tilt=0.75 * _DEGREE,
     orientation_heading=1.5 * _DEGREE,
+    magnetic_bias=1e-6,
+    magnetic_disturbance=3e-6,
     scale=0.01,
     gyroscope_limit=2000 * _DEGREE,
     accelerometer_limit=16 * 9.81,

@@ -11,6 +11,7 @@ from mocap_jax.motion import Motion
 from mocap_jax.recording import Recording, SensorSpec, Setup, Truth
 from mocap_jax.simulation.default_suit import default_suit
 from mocap_jax.simulation.inertial import sample_inertial, sample_times
+from mocap_jax.simulation.magnetic import sample_magnetic
 from mocap_jax.simulation.mounting import mount, with_shapes
 from mocap_jax.simulation.options import SimulationOptions
 from mocap_jax.simulation.orientation import sample_orientations
@@ -69,9 +70,12 @@ def simulate(
     if options.orientations:
         turned = sample_orientations(rig, spline, boards, time, errs, seed)
     inertial, more = sample_inertial(rig, spline, boards, time, errs, seed, turned[0])
+    magnetic: tuple[dict, dict] = ({}, {})
+    if options.magnetic_field is not None:
+        magnetic = sample_magnetic(rig, spline, boards, time, options.magnetic_field, errs, seed)
     ranges, speeds = sample_ranges(rig, spline, suit, errs, options, seed)
     q, v, _ = performance.spline(actual.topology).evaluate(time)
-    parameters |= more | speeds | turned[1] | {"rest_pose_error": pose_error}
+    parameters |= more | speeds | turned[1] | magnetic[1] | {"rest_pose_error": pose_error}
     truth = Truth(
         Trajectory(jnp.asarray(time), jnp.asarray(q), jnp.asarray(v)),
         actual.xml,
@@ -81,7 +85,7 @@ def simulate(
         inertial=inertial,
         ranges=ranges,
         root=sample_root(time, q, errs, seed),
-        magnetic={},
+        magnetic=magnetic[0],
         temperature=None,
         truth=truth,
         setup=_setup(motion, suit, performance, errs, options, seed),

@@ -54,6 +54,11 @@ def test_unknown_sensor_kind(refused, recording_file):
     refused(["reconstruct", recording_file, "--sensors", "A,Q"], USAGE, "'Q'", "gyroscope")
 
 
+def test_contacts_belong_to_the_optimiser(refused, recording_file):
+    arguments = ["reconstruct", recording_file, "--contacts", "--method", "ekf"]
+    refused(arguments, USAGE, "--contacts", "optimise")
+
+
 def test_magnetometer_is_refused_by_name(refused, recording_file):
     refused(["reconstruct", recording_file, "--sensors", "A,G,M"], USAGE, "magnetometer")
 

@@ -12,6 +12,7 @@ import pytest
 from mocap_jax import so3
 from mocap_jax.body import load_body, normalise, retract
 from mocap_jax.estimate.sequence import (
+    contact_terms,
     inertial_residuals,
     pose_prior_terms,
     pose_terms,
@@ -23,6 +24,7 @@ from mocap_jax.estimate.sequence.layout import (
     Corrections,
     Gaussian,
     Geometry,
+    Ground,
     Layout,
     Terms,
     UserResidual,
@@ -67,9 +69,9 @@ def _usual(draw) -> Gaussian:
 
 def make(
     order: int, *, losses: str = "none", user: bool = False, chunk: int = 16,
-    corrections: dict | None = None,
+    corrections: dict | None = None, feet: bool = False,
 ):  # fmt: skip
-    """A random problem in which every kind of residual is present."""
+    """A random problem in which every kind of residual is present, standing feet if wanted."""
     body = load_body(BODY)
     rng = np.random.default_rng(order)
     draw = lambda *shape: rng.normal(size=shape)  # noqa: E731
@@ -113,6 +115,16 @@ def make(
             walk=(draw(T, 2),),
             orientation_information=inside(terms.orientation_information, 1, 1),
         )  # fmt: skip
+    if feet:
+        names = ("shank", "shank", "chest")
+        layout = dataclasses.replace(
+            layout, contact_bodies=tuple(top.body_index(n) for n in names), contact_loss=losses
+        )
+        stands = np.arange(T)[:, None] % 3 > 0
+        info = (inside(positive(T, 3), 0, 1), stands * positive(T, 3), ~stands * positive(T, 3))
+        terms = dataclasses.replace(terms, contact=info)
+        numbers = (np.asarray(x) for x in (0.6, 0.7, 0.3, 2.0))
+        weights = dataclasses.replace(weights, ground=Ground(0.2 * draw(3, 3), *numbers))
     constants = Constants(
         0.1 * draw(S, 3),
         0.2 * draw(S, 3),
@@ -164,6 +176,9 @@ def stacked_residuals(problem: SequenceProblem, state: State, delta: jax.Array) 
         root(terms.pace_information[core])[:, None]
         * pose_prior_terms.changes(usual, problem.weights)[core],
     ]
+    if layout.contact_bodies:
+        kinds = contact_terms.kinds(layout, w, terms, problem.weights, core)
+        parts += [root(k.information) * k.residual for k in kinds]
     for user, data, mask in zip(layout.user, terms.user_data, terms.user_mask, strict=True):
         parts.append(pose_terms.user_values(layout, problem.body, user, q, data, mask)[core])
     return jnp.concatenate([p.ravel() for p in parts])
@@ -185,13 +200,16 @@ def dense(equations, frames: int):
 
 
 @pytest.mark.parametrize(
-    ("order", "user", "corrections"),
-    [(2, False, None), (3, True, None), (2, False, CORRECTIONS), (2, False, {"use_heading": True})],
-)
+    ("order", "user", "corrections", "feet"),
+    [
+        (2, False, None, False), (3, True, None, False), (2, False, CORRECTIONS, False),
+        (2, False, {"use_heading": True}, False), (2, False, None, True),
+    ],
+)  # fmt: skip
 def test_normal_equations_equal_dense_jacobian(
-    order: int, user: bool, corrections: dict | None
+    order: int, user: bool, corrections: dict | None, feet: bool
 ) -> None:
-    problem, state = make(order, user=user, corrections=corrections)
+    problem, state = make(order, user=user, corrections=corrections, feet=feet)
     zero = jnp.zeros(problem.unknowns)
     function = jax.jit(lambda d: stacked_residuals(problem, state, d))
     residual = np.asarray(function(zero))
@@ -244,7 +262,7 @@ def test_blocks_are_final_when_they_are_handed_over() -> None:
 
 @pytest.mark.parametrize("loss", ["huber", "cauchy", "geman_mcclure"])
 def test_gradient_of_robust_cost(loss: str) -> None:
-    problem, state = make(2, losses=loss)
+    problem, state = make(2, losses=loss, feet=True)
     equations = problem.linearise(state)
     rng = np.random.default_rng(0)
     step, constants = rng.normal(size=(T, problem.layout.topology.nv)), rng.normal(size=M)
@@ -256,8 +274,8 @@ def test_gradient_of_robust_cost(loss: str) -> None:
 
 
 def test_chunks_do_not_change_the_equations() -> None:
-    whole, state = make(3, user=True)
-    pieces, _ = make(3, user=True, chunk=4)
+    whole, state = make(3, user=True, feet=True)
+    pieces, _ = make(3, user=True, chunk=4, feet=True)
     a, b = whole.linearise(state), pieces.linearise(state)
     np.testing.assert_allclose(a.cost, b.cost, rtol=1e-12)
     np.testing.assert_allclose(dense(a, T), dense(b, T), rtol=1e-10, atol=1e-8)

@@ -101,3 +101,16 @@ def test_root_pose(body: Body, state: tuple) -> None:
     np.testing.assert_allclose(R, so3.quat_to_matrix(so3.quat_normalise(state[0][3:7])), atol=1e-12)
     np.testing.assert_allclose(J[:, :6], np.eye(6), atol=1e-12)
     assert np.abs(J[:, 6:]).max() == 0
+
+
+def test_magnetic_field(body: Body, state: tuple) -> None:
+    field = jnp.array([2e-5, 1e-6, -4e-5])
+
+    def read(m):
+        return so3.matvec3(jnp.swapaxes(m.rotation, 1, 2), jnp.broadcast_to(field, (4, 3)))
+
+    p = predict.magnetic_field(body, chain(body, *state), SITES, field)
+    np.testing.assert_allclose(p.value, read(site_motion(body, *state)), atol=1e-18)
+    want = _reference(body, state, read)
+    np.testing.assert_allclose(p.jacobian, want[..., : body.nv], atol=1e-17)
+    assert np.abs(want[..., body.nv :]).max() == 0

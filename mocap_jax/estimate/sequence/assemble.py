@@ -16,6 +16,7 @@ from jaxtyping import Float
 
 from mocap_jax.body import Body
 from mocap_jax.estimate.sequence import (
+    contact_terms,
     geometry_terms,
     inertial_residuals,
     inertial_terms,
@@ -80,6 +81,8 @@ def _cost(
     if layout.pose_joints:
         usual = pose_prior_terms.residual(w, weights)
         kinds["pose_prior"] = pose_prior_terms.losses(usual, terms, weights, core)
+    if layout.contact_bodies:
+        kinds["contact"] = contact_terms.losses(layout, w, terms, weights, core)
     for user, data, mask in zip(layout.user, terms.user_data, terms.user_mask, strict=True):
         values = pose_terms.user_values(layout, body, user, q, data, mask)
         kinds[user.name] = (values[core] ** 2).sum(-1)
@@ -147,6 +150,11 @@ def assemble_chunk(
         blocks, gradient = pose_prior_terms.add_normal_blocks(
             layout, body, w, blocks, gradient, usual, terms, weights, core
         )
+    if layout.contact_bodies:
+        feet = contact_terms.rows(layout, w, terms, weights, core)
+        (square, coupling), slope = contact_terms.normal_blocks(feet)
+        blocks[0], blocks[1] = blocks[0] + square, blocks[1] + coupling
+        gradient = gradient + slope
     blocks, gradient = pose_terms.add_user_blocks(layout, body, blocks, gradient, q, terms, core)
     range_border = jnp.zeros((0,), gradient.dtype)
     corner, corner_gradient = info.constants, info.constants_gradient
@@ -156,6 +164,8 @@ def assemble_chunk(
         range_border = jnp.zeros((len(gradient), sensors, 3, layout.topology.nv), gradient.dtype)
         if layout.lengths and info.accelerations is not None:
             geometry = geometry_terms.of_accelerations(layout, w, info.accelerations, core)
+        if layout.lengths and layout.contact_bodies:
+            geometry = geometry.plus(contact_terms.of_lengths(layout, feet, len(gradient)))
         if ranges is not None:
             told = range_terms.border(layout, rows)
             range_border, geometry = told.offset, geometry.plus(told.geometry)

@@ -21,7 +21,7 @@ _LEAST = 1e3
 
 
 def bending(layout: Layout) -> Bool[np.ndarray, "nv"]:
-    """Degrees of freedom that move the root, a sensor or an end of a distance.
+    """Degrees of freedom that move the root, a sensor, an end of a distance or a standing foot.
 
     Others are held by linear terms alone; what a user's own residuals hold is not known.
     """
@@ -30,7 +30,9 @@ def bending(layout: Layout) -> Bool[np.ndarray, "nv"]:
         return np.ones(topology.nv, bool)
     sites = np.array([*layout.sites, *layout.range_sites], int)
     moved = np.asarray(topology.site_body, int)[sites]
-    return np.asarray(topology.body_dofs[[layout.root_body, *moved]].any(axis=0))
+    return np.asarray(
+        topology.body_dofs[[layout.root_body, *layout.contact_bodies, *moved]].any(axis=0)
+    )
 
 
 def least_damping(

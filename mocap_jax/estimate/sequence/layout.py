@@ -72,6 +72,9 @@ class Layout:
     gyroscope_steps: int = 0
     """Steps that the biases of gyroscopes take from knot to knot; 0 where they are constant."""
     accelerometer_steps: int = 0
+    contact_bodies: tuple[int, ...] = ()
+    """Segment of each point of a foot that may stand on the ground."""
+    contact_loss: str = "none"
 
     @property
     def half_bandwidth(self) -> int:
@@ -247,6 +250,9 @@ class Terms:
     mean_rate_slopes: tuple[Float[Array, "t s 3"], ...] = ()
     walk: tuple[Float[Array, "t n"], ...] = ()
     """What each step of a walk adds to a bias (see `walk.Walk`), where biases walk."""
+    contact: tuple[Float[Array, "t p"], ...] = ()
+    """Where feet may stand (see `contact_terms`): information of each point's displacement to the
+    next frame; of its height over the ground in contact; of its depth below it otherwise."""
 
 
 def frame_axis(name: str) -> int:
@@ -281,6 +287,24 @@ class Gaussian(NamedTuple):
     """The same of changes, from the prior's mobility [sqrt(s)/rad]; zero where it is not known."""
 
 
+class Ground(NamedTuple):
+    """Points of the feet, and what they stand on; without points where contacts are off."""
+
+    points: Float[Array, "p 3"]
+    """In their segments' frames [m]."""
+    height: Float[Array, ""]
+    """Height of standing points [m]."""
+    scale: Float[Array, ""]
+    """Whitened size beyond which a contact is none."""
+    share: Float[Array, ""]
+    """How much of an independent observation of the height a frame is."""
+    mu: Float[Array, ""]
+    """Graduation of Geman-McClure."""
+
+
+NO_GROUND = Ground(np.zeros((0, 3)), *(np.asarray(x) for x in (0.0, 1.0, 1.0, 1.0)))
+
+
 NO_PRIOR = Gaussian(np.zeros((0, 3, 3)), np.zeros((0, 3, 3)), np.zeros((0, 0)), np.zeros((0, 0)))
 
 
@@ -297,3 +321,4 @@ class Weights:
     """Graduation of Geman-McClure."""
     limit_softness: Float[Array, ""]
     pose_prior: Gaussian = NO_PRIOR
+    ground: Ground = NO_GROUND

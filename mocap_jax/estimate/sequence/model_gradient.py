@@ -21,6 +21,7 @@ from jaxtyping import Float
 from mocap_jax import so3
 from mocap_jax.body import Body, retract
 from mocap_jax.estimate.sequence import (
+    contact_terms,
     inertial_residuals,
     pose_prior_terms,
     pose_terms,
@@ -90,6 +91,8 @@ def parts(
         )
         for residual, info in ((away, terms.pose_information), (change, terms.pace_information)):
             out.append(Part(residual, jnp.broadcast_to(info[core][:, None], residual.shape)))
+    if layout.contact_bodies:
+        out += [Part(*x) for x in contact_terms.kinds(layout, w, terms, weights, core)]
     for user, data, mask in zip(layout.user, terms.user_data, terms.user_mask, strict=True):
         values = pose_terms.user_values(layout, body, user, q, data, mask)[core]
         out.append(Part(values, jnp.ones_like(values)))

@@ -67,20 +67,26 @@ def references(
 def _put_root(
     reference: np.ndarray, information: np.ndarray, data: FrameData, setup: Setup
 ) -> None:
+    """Measured root poses; a system that measures positions alone leaves orientations NaN."""
     position, quat = np.asarray(data.root_position), np.asarray(data.root_orientation)
-    known = np.isfinite(position).all(1) & np.isfinite(quat).all(1)
-    if not known.any():
+    there, turned = (np.isfinite(x).all(1) for x in (position, quat))
+    if not (there | turned).any():
         raise InputError("root 'given', but the recording has no root pose; valid: --root free")
-    # Between known frames the nearest pose stands in; its information is zero.
-    nearest = (
-        np.abs(np.arange(len(known))[:, None] - np.flatnonzero(known)).argmin(1)
-        if (not known.all())
-        else np.arange(len(known))
-    )
-    chosen = np.flatnonzero(known)[nearest] if not known.all() else nearest
-    reference[:, :3], reference[:, 3:7] = position[chosen], quat[chosen]
-    information[:, :3] = known[:, None] / setup.noise.root_position**2
-    information[:, 3:6] = known[:, None] / setup.noise.root_orientation**2
+    # Between known frames the nearest stands in; its information is zero.
+    if there.any():
+        reference[:, :3] = position[_nearest(there)]
+    if turned.any():
+        reference[:, 3:7] = quat[_nearest(turned)]
+    information[:, :3] = there[:, None] / setup.noise.root_position**2
+    information[:, 3:6] = turned[:, None] / setup.noise.root_orientation**2
+
+
+def _nearest(known: np.ndarray) -> np.ndarray:
+    """The nearest known frame to each frame (t,), the earlier one of two."""
+    at, frames = np.flatnonzero(known), np.arange(len(known))
+    after = np.searchsorted(at, frames).clip(0, len(at) - 1)
+    before = (after - 1).clip(0)
+    return np.where(frames - at[before] <= np.abs(at[after] - frames), at[before], at[after])
 
 
 def smoothness(data: FrameData, body: Body, options: OptimiseOptions) -> np.ndarray:

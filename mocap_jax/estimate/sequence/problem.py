@@ -34,6 +34,7 @@ from mocap_jax.estimate.sequence.corner import add_chunk, prior_equations
 from mocap_jax.estimate.sequence.jitter import bending, least_damping
 from mocap_jax.estimate.sequence.layout import (
     Constants,
+    Ground,
     Layout,
     Terms,
     Weights,
@@ -128,18 +129,23 @@ class SequenceProblem:
         """Number of scalar unknowns."""
         return self.frames * self.layout.topology.nv + self.layout.constants
 
-    def replace_terms(self, **changes: np.ndarray) -> None:
+    def replace_terms(self, **changes: np.ndarray | tuple[np.ndarray, ...]) -> None:
         """Exchange measurement or information arrays of (t, ...) frames."""
+
+        def pad(name: str, value: np.ndarray) -> np.ndarray:
+            return pad_frames(value, self.layout, self.chunks, frame_axis(name), edge=False)
+
         padded: dict[str, Any] = {
-            name: pad_frames(value, self.layout, self.chunks, frame_axis(name), edge=False)
+            name: jax.tree.map(lambda x, name=name: pad(name, x), value)
             for name, value in changes.items()
         }
         self._terms = dataclasses.replace(self._terms, **padded)
         self._cuts = None
 
-    def replace_weights(self, **changes: np.ndarray | float) -> None:
-        """Exchange scalars of the traced part."""
-        cast = {name: jnp.asarray(value, self.dtype) for name, value in changes.items()}
+    def replace_weights(self, **changes: np.ndarray | float | Ground) -> None:
+        """Exchange numbers of the traced part."""
+        numbers = lambda x: jnp.asarray(x, self.dtype)  # noqa: E731
+        cast: dict[str, Any] = {k: jax.tree.map(numbers, value) for k, value in changes.items()}
         self.weights = dataclasses.replace(self.weights, **cast)
 
     def _pad(self, terms: Terms) -> Terms:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,12 +11,14 @@ import numpy as np
 from mocap_jax import so3
 from mocap_jax.body import Body, site_segments
 from mocap_jax.errors import InputError
+from mocap_jax.estimate.contact.contacts import Contacts
 from mocap_jax.estimate.sequence.corrections import correction_fields, slope_terms, walk_of
 from mocap_jax.estimate.sequence.coupled import coupled_coordinates
 from mocap_jax.estimate.sequence.knees import knee_hinges
 from mocap_jax.estimate.sequence.layout import (
     COUPLINGS,
     KNEES,
+    NO_GROUND,
     NO_PRIOR,
     Layout,
     Terms,
@@ -27,6 +30,7 @@ from mocap_jax.estimate.sequence.pose_prior_terms import OnBody, on_body
 from mocap_jax.estimate.sequence.variances import Variances, variances
 from mocap_jax.estimate.sequence.walk import Walk
 from mocap_jax.estimate.whole_sequence_options import ConstantsOptions, OptimiseOptions
+from mocap_jax.initialise import declared_pose
 from mocap_jax.measurement import FrameData
 from mocap_jax.recording import Setup
 from mocap_jax.residuals.inertial import CONSISTENT, PLAIN, de_average, mean_rate
@@ -47,6 +51,8 @@ class Built:
     variances: Variances
     walk: Walk | None = None
     """How biases walk; None where they stay."""
+    contacts: Contacts | None = None
+    """Feet that stand; None where they are not looked for."""
 
 
 def build(
@@ -78,6 +84,11 @@ def build(
     user = (*options.user_residuals, *knees, *coupled)
     usual = on_body(body, options.pose_prior, options.prior.share_sigma)
     layout = _layout(data, body, options, user, usual)
+    contacts = _contacts(data, body, setup, options, root_given=root_given)
+    if contacts is not None:
+        layout = dataclasses.replace(
+            layout, contact_bodies=contacts.feet.bodies, contact_loss=contacts.loss
+        )
     walking = walk_of(data, layout.gyroscope_steps, layout.accelerometer_steps)
     step = float(data.step)
     rest = rest_frames(data, setup)
@@ -110,6 +121,7 @@ def build(
         user_data=(*_data_of(options.user_residuals, user_data), *knee_data, *coupled_data),
         user_mask=tuple(_user_mask(r, len(data.time)) for r in user),
         walk=(walking.at_frames,) if walking else (),
+        contact=contacts.none if contacts else (),
         **more,
     )
     weights = Weights(
@@ -119,17 +131,28 @@ def build(
         np.asarray(1.0),
         np.asarray(options.prior.limit_softness),
         NO_PRIOR if usual is None else usual.gaussian,
+        NO_GROUND if contacts is None else contacts.ground(0.0, 1.0),
     )
     variance = variances(data, force, mean, setup.noise, options.noise)
     if layout.use_clock_offset:
         # The rate that moves a predicted orientation in time needs a frame on either side.
         variance["orientation"][0][[0, -1]] = np.inf
-    return Built(layout, terms, weights, rest, variance, walking)
+    return Built(layout, terms, weights, rest, variance, walking, contacts)
 
 
 # Names under which other residuals of a pose count.
 _TAKEN = {COUPLINGS, KNEES, "accelerometer", "gyroscope", "orientation", "range", "reference",
-          "limits", "smoothness", "pose_prior"}  # fmt: skip
+          "limits", "smoothness", "pose_prior", "contact"}  # fmt: skip
+
+
+def _contacts(
+    data: FrameData, body: Body, setup: Setup, options: OptimiseOptions, *, root_given: bool
+) -> Contacts | None:
+    if options.contacts is None:
+        return None
+    standing = declared_pose(setup.rest, body)
+    rest = rest_frames(data, setup)
+    return Contacts(data, body, standing, options.contacts, rest, root_given=root_given)
 
 
 def _check_names(residuals: tuple[UserResidual, ...]) -> None:

@@ -39,6 +39,9 @@ class Window(NamedTuple):
     """R_world_segment of the children of `Layout.pose_joints`."""
     parent_rotation: Float[Array, "n j 3 3"]
     """The same of their parents."""
+    foot_rotation: Float[Array, "n p 3 3"]
+    """R_world_segment of `Layout.contact_bodies`."""
+    foot_position: Float[Array, "n p 3"]
     range_scale: Float[Array, ""]
     """Speed of sound over the declared one."""
     range_offset: Float[Array, "r"]
@@ -58,6 +61,7 @@ def kinematics(layout: Layout, body: Body, q: Float[Array, "n nq"], constants: C
     longer = np.array(layout.lengths, int)
     parents = np.array(layout.topology.body_parent)[longer]
     child, parent = np.array(layout.pose_joints, int).reshape(-1, 2).T
+    feet = np.array(layout.contact_bodies, int)
     return Window(
         jnp.swapaxes(screws, 1, 2),
         origin,
@@ -70,6 +74,8 @@ def kinematics(layout: Layout, body: Body, q: Float[Array, "n nq"], constants: C
         so3.matvec3(f.rotation[:, parents], body.body_pos[longer]),
         f.rotation[:, child],
         f.rotation[:, parent],
+        f.rotation[:, feet],
+        f.position[:, feet],
         1.0 + jnp.asarray(constants.geometry.sound).sum(),
         _range_offsets(layout, constants),
     )
@@ -118,9 +124,14 @@ def place_among(chosen: tuple[int, ...], layout: Layout) -> np.ndarray:
 def lengths_beneath(layout: Layout, sites: tuple[int, ...]) -> np.ndarray:
     """Mask (n, l): a longer segment moves the site."""
     topology = layout.topology
-    mask = np.zeros((len(sites), len(layout.lengths)), bool)
-    for i, site in enumerate(sites):
-        b = topology.site_body[site]
+    return lengths_above(layout, tuple(topology.site_body[s] for s in sites))
+
+
+def lengths_above(layout: Layout, bodies: tuple[int, ...]) -> np.ndarray:
+    """Mask (n, l): a longer segment moves the body."""
+    topology = layout.topology
+    mask = np.zeros((len(bodies), len(layout.lengths)), bool)
+    for i, b in enumerate(bodies):
         while b:
             if b in layout.lengths:
                 mask[i, layout.lengths.index(b)] = True
