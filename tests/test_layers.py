@@ -18,7 +18,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("recording",),
     ("solution",),
     ("least_squares", "kalman", "motion"),
-    ("io", "measurement", "metrics"),
+    ("io", "measurement", "metrics", "signals"),
     ("residuals", "simulation", "pose_prior"),
     ("initialise",),
     ("estimate", "conversion"),
