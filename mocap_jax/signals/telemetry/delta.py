@@ -57,7 +57,7 @@ def modulate(levels: Int[np.ndarray, "n c"]) -> Modulated:
         code = code - (after >= LEVELS) + (after < 0)
         level = level + STEPS[code]
         missed = wanted - STEPS[code]
-        room = 0.5 + 0.1 * np.abs(STEPS[code])
+        room = 0.5 + 0.12 * np.abs(STEPS[code])
         overloaded[i] = (np.abs(code - LARGEST) == LARGEST) & (np.abs(missed) > room)
         # What an overload missed is lost; carried on, it would make later levels overshoot.
         carry = np.clip(missed, -room, room)
