@@ -26,6 +26,8 @@ from mocap_jax.signals.telemetry.frame import (
 
 _CONFIRMING_FRAMES = 3
 _SILENT_FRAMES = 2 * FRAMES
+# A wire without telemetry is searched less and less often, up to every half second.
+_LONGEST_PAUSE = 36
 
 
 @dataclass(frozen=True)
@@ -58,13 +60,14 @@ def join(parts: list[Frames]) -> Frames:
 
 
 class FrameDecoder:
-    """Finds frames in a stream of bits; memory is bounded by one superframe."""
+    """Finds frames in a stream of bits; memory is bounded by a second of bits."""
 
     def __init__(self) -> None:
         self._bits = np.zeros(0, np.uint8)
         self._start = 0
         self._phase: int | None = None
         self._silent = 0
+        self._pause = 1
 
     @property
     def locked(self) -> bool:
@@ -77,7 +80,7 @@ class FrameDecoder:
         parts: list[Frames] = []
         while True:
             if self._phase is None:
-                if len(self._bits) < 2 * SUPERFRAME_BITS:
+                if len(self._bits) < self._pause * BLOCK_BITS + 2 * SUPERFRAME_BITS:
                     break
                 self._search()
                 continue
@@ -119,9 +122,10 @@ class FrameDecoder:
             words = separate(scramble(bits, int(block) * BLOCK_BITS))
             if unpack(words)[3].sum() > _CONFIRMING_FRAMES:
                 self._drop(int(offset))
-                self._phase, self._silent = int(block) * BLOCK_BITS, 0
+                self._phase, self._silent, self._pause = int(block) * BLOCK_BITS, 0, 1
                 return
-        self._drop(BLOCK_BITS)
+        self._drop(self._pause * BLOCK_BITS)
+        self._pause = min(2 * self._pause, _LONGEST_PAUSE)
 
 
 def hard_bits(soft: Float[np.ndarray, "k"]) -> UInt8[np.ndarray, "k"]:
