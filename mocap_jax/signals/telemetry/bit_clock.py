@@ -40,6 +40,7 @@ class BitClock:
         self._bit_rate, self._rate = bit_rate_hz, sample_rate_hz
         self._next: int | None = None
         self._fit: tuple[float, float, float] | None = None
+        self._turn = np.zeros(0, np.complex64)
 
     def bits(self, voltage: Float[np.ndarray, "n"], start: float, spare: int) -> SoftBits:
         """The bits of the next block.
@@ -64,9 +65,11 @@ class BitClock:
     def _lag(self, inner: np.ndarray, start: float) -> tuple[float, float, float]:
         """Time of the block's centre [s], lag there [bits] and drift of the lag [bits/s]."""
         part = len(inner) // _PARTS
-        used = inner[: part * _PARTS].astype(np.float64)
-        turn = np.exp(-2j * np.pi * self._bit_rate / self._rate * np.arange(len(used)))
-        line = (used * used * turn).reshape(_PARTS, part).sum(axis=1)
+        used = inner[: part * _PARTS]
+        if len(self._turn) != len(used):
+            turn = -2j * np.pi * self._bit_rate / self._rate
+            self._turn = np.exp(turn * np.arange(len(used))).astype(np.complex64)
+        line = (used * used * self._turn).reshape(_PARTS, part).sum(axis=1)
         span = len(used) / self._rate
         centre = start + 0.5 * span
         spectrum = np.fft.fft(line, _PARTS * _FINE)

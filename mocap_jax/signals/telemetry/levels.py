@@ -38,7 +38,8 @@ def restore(frames: Frames) -> Levels:
     """Levels of all frames that were accepted."""
     kept = np.flatnonzero(frames.accepted)
     bit, index = frames.bit[kept], frames.index[kept]
-    codes, halves = frames.codes[kept], frames.level_bits[kept]
+    codes = frames.codes[kept].astype(np.int64)
+    halves = frames.level_bits[kept].astype(np.int64)
     values = np.full((len(kept), AXES), np.nan)
     breaks = np.flatnonzero(np.diff(bit) != FRAME_BITS) + 1
     contradictions = 0

@@ -6,9 +6,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 
-def voltage(
-    bits: UInt8[np.ndarray, "k"], place: Float[np.ndarray, "n"]
-) -> Float[np.ndarray, "n"]:
+def voltage(bits: UInt8[np.ndarray, "k"], place: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
     """Voltage between -1 and 1.
 
     Args:

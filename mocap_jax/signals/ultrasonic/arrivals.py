@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from mocap_jax.errors import unknown_name
-from mocap_jax.signals.ultrasonic.bands import MARGIN, SOUND_RATE_HZ, BandSplitter
+from mocap_jax.signals.ultrasonic.bands import MARGIN, SOUND_RATE_HZ, SOUND_STEP, BandSplitter
 from mocap_jax.signals.ultrasonic.burst import CARRIER_HZ, Transducer, envelope
 
 DETECTORS = ("matched", "inflection")
@@ -115,7 +115,7 @@ class ArrivalDetector:
             emission: times of the pulses since the block's first sample [s].
         """
         sound = self._heard(narrow, matched)
-        inner = MARGIN // 8
+        inner = MARGIN // SOUND_STEP
         noise = float(np.median(np.abs(sound[inner:-inner]))) / np.sqrt(np.log(4.0))
         start = emission * SOUND_RATE_HZ + self._offset * SOUND_RATE_HZ
         index, found = self._first(sound, start, noise)

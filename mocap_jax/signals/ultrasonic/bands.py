@@ -16,7 +16,9 @@ from mocap_jax.signals.ultrasonic.burst import CARRIER_HZ, Transducer, envelope
 
 SAMPLE_RATE_HZ = 150_000.0
 MARGIN = 1200
-"""Samples at either end of a block that filters spoil [8 ms]."""
+"""Samples at the beginning of a block that filters spoil [8 ms]."""
+TAIL = 2400
+"""Samples at its end: those, and the slot of the last pulse."""
 SOUND_STEP, TELEMETRY_STEP = 8, 2
 """Samples of the wire for each sample of the bands."""
 SOUND_RATE_HZ = SAMPLE_RATE_HZ / SOUND_STEP
@@ -32,7 +34,7 @@ class Bands:
     """One block, margins included."""
 
     sound: Complex[np.ndarray, "s"]
-    """Complex amplitude about 40 kHz within 2.5 kHz; the signal is Re(sound exp(2 pi i 40 kHz t))."""
+    """Complex amplitude within 2.5 kHz about 40 kHz; the signal is Re(sound exp(80 000 pi i t))."""
     matched: Complex[np.ndarray, "s"]
     """Output of the filter matched to the burst: in noise of spectrum N its peak is the burst's
     complex amplitude."""

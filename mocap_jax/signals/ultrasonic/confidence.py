@@ -12,19 +12,19 @@ class ConfidenceFigures(Protocol):
     """Thresholds; amplitudes are relative to the direct sound on the axis at 1 m."""
 
     @property
-    def noise(self) -> float: ...  # noqa: D102
+    def noise(self) -> float: ...
     @property
-    def gate(self) -> float: ...  # noqa: D102
+    def gate(self) -> float: ...
     @property
-    def strength_threshold(self) -> float: ...  # noqa: D102
+    def strength_threshold(self) -> float: ...
     @property
-    def strength_scale(self) -> float: ...  # noqa: D102
+    def strength_scale(self) -> float: ...
     @property
-    def closing_speed(self) -> float: ...  # noqa: D102
+    def closing_speed(self) -> float: ...
     @property
-    def jump_scale(self) -> float: ...  # noqa: D102
+    def jump_scale(self) -> float: ...
     @property
-    def memory_s(self) -> float: ...  # noqa: D102
+    def memory_s(self) -> float: ...
 
 
 def signal_confidence(
