@@ -19,7 +19,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("solution",),
     ("least_squares", "kalman", "motion"),
     ("io", "measurement", "metrics", "signals"),
-    ("residuals", "simulation", "pose_prior"),
+    ("residuals", "simulation", "pose_prior", "decoding"),
     ("initialise",),
     ("estimate", "conversion"),
     ("placement",),

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import heapq
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from typing import Any
@@ -45,6 +46,9 @@ class McapFile:
     attachments: list[tuple[str, str, bytes]] = field(default_factory=list)
     """Name, media type, content."""
     topics: dict[str, _Topic] = field(default_factory=dict)
+    streamed: Iterable[tuple[str, int, int, bytes]] = ()
+    """Messages made as the file is written, by ascending log time: topic (declared by
+    `add_topic` without messages), log time, stamp [ns], payload."""
 
     def attach(self, name: str, media_type: str, content: bytes | str) -> None:
         """Add an attachment."""
@@ -107,6 +111,15 @@ class McapFile:
         topics = list(self.topics.values())
         if not topics:
             return
+        number = dict(zip(self.topics, channel_of, strict=True))
+        streamed = ((log, number[name], p, stamp) for name, log, stamp, p in self.streamed)
+        by_time = heapq.merge(self._messages(channel_of), streamed, key=lambda m: m[0])
+        for log_time, channel, payload, stamp in by_time:
+            writer.add_message(channel, log_time, payload, stamp)
+
+    def _messages(self, channel_of: list[int]) -> Iterator[tuple[int, int, bytes, int]]:
+        """Log time, channel, payload and stamp of what is held, by log time."""
+        topics = list(self.topics.values())
         sizes = [len(t.payloads) for t in topics]
         stamps = np.concatenate([np.asarray(t.stamps_ns, np.int64) for t in topics])
         if stamps.size and stamps.min() < 0:
@@ -120,9 +133,8 @@ class McapFile:
         payloads = [p for t in topics for p in t.payloads]
         channels = np.repeat(channel_of, sizes).tolist()
         log_times, stamp_list = log.tolist(), stamps.tolist()
-        add = writer.add_message
         for i in np.argsort(log, kind="stable").tolist():
-            add(channels[i], log_times[i], payloads[i], stamp_list[i])
+            yield log_times[i], channels[i], payloads[i], stamp_list[i]
 
 
 def _register_schema(writer: Writer, schema: str | Any, known: dict[str, int]) -> int:

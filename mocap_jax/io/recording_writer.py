@@ -50,7 +50,12 @@ def write_recording(path: str | os.PathLike[str], recording: Recording) -> None:
     Raises:
         InputError: the file cannot be written, or a time is not finite.
     """
-    file = McapFile("recording", recording.start_utc_ns, {"subject": recording.subject})
+    mcap_file(recording, "recording").write(path)
+
+
+def mcap_file(recording: Recording, kind: str) -> McapFile:
+    """The content of a recording's file (see `write_recording`)."""
+    file = McapFile(kind, recording.start_utc_ns, {"subject": recording.subject})
     if recording.body_xml is not None:
         file.attach("body.xml", "application/xml", recording.body_xml)
     file.attach("setup.toml", "application/toml", setup_to_toml(recording.setup))
@@ -62,7 +67,7 @@ def write_recording(path: str | os.PathLike[str], recording: Recording) -> None:
     _add_ranges(file, recording.ranges)
     _add_root(file, recording.root)
     _add_temperature(file, recording.temperature)
-    file.write(path)
+    return file
 
 
 def _add_inertial(file: McapFile, sensor: str, stream: InertialStream, setup: Setup) -> None:

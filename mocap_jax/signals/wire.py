@@ -102,9 +102,7 @@ class WireDecoder:
         heard = np.isfinite(found.delay)
         pulse = np.arange(here.start, here.stop)[heard]
         noise = np.full(len(pulse), found.noise)
-        self._parts.append(
-            PulseArrivals(pulse, found.delay[heard], found.amplitude[heard], noise)
-        )
+        self._parts.append(PulseArrivals(pulse, found.delay[heard], found.amplitude[heard], noise))
 
     def arrivals(self) -> PulseArrivals:
         """All pulses heard so far."""

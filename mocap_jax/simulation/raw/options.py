@@ -28,9 +28,9 @@ class RawOptions:
     """From the walls to the nearest place that a source reaches."""
     ceiling_m: float = 2.6
     """Height of the ceiling over the floor."""
-    microphone_beam: float = 0.5
-    """Directivity ((1 + cos angle) / 2)^beam of a small microphone flush with its board: -3 dB at
-    90 degrees."""
+    microphone_beam: float = 0.15
+    """Directivity ((1 + cos angle) / 2)^beam of a small microphone flush with its board: -1 dB at
+    90 degrees, -6 dB at 150 (Vlasic 2007, section 3.1: 'a wide-angle response')."""
     interference: float = 0.0
     """Amplitude of a steady tone at 33 kHz (a switching supply) [steps]."""
     detune_hz: float = 0.0

@@ -11,7 +11,7 @@ from jaxtyping import Float, Int16
 
 from mocap_jax.errors import InputError
 from mocap_jax.motion import Motion
-from mocap_jax.recording import Recording, TemperatureStream
+from mocap_jax.recording import DriverBox, Recording, TemperatureStream
 from mocap_jax.signals.telemetry.converter import ConverterScales
 from mocap_jax.signals.telemetry.frame import FRAME_RATE_HZ
 from mocap_jax.signals.ultrasonic.air import temperature
@@ -56,12 +56,24 @@ class RawSimulation:
     _options: RawOptions
     _ambient: float
     _seed: int
-    _duration: float
+    duration: float
+    """[s]"""
+
+    @property
+    def box(self) -> DriverBox:
+        """Figures that decoding needs, as declared."""
+        return DriverBox(reference=self._options.reference)
+
+    @property
+    def pieces(self) -> int:
+        """Number of chunks."""
+        size = round(self._options.chunk_s * SAMPLE_RATE_HZ)
+        return -(-int(self.duration * SAMPLE_RATE_HZ) // size)
 
     def chunks(self) -> Iterator[tuple[int, Int16[np.ndarray, "r count"]]]:
         """Index of the first sample, and the samples of all wires."""
         size = round(self._options.chunk_s * SAMPLE_RATE_HZ)
-        total = int(self._duration * SAMPLE_RATE_HZ)
+        total = int(self.duration * SAMPLE_RATE_HZ)
         opts = self._options
         noise = WireNoise(
             self._ambient * opts.reference, opts.converter_noise, opts.interference,
