@@ -86,7 +86,8 @@ def decode(
     sound = ~odd.any(axis=1)
     data = words[:, :DATA_BITS].copy()
     every = np.flatnonzero(~sound)
-    for wrong in np.split(every, np.arange(_BATCH, len(every), _BATCH)):
+    for start in range(0, len(every), _BATCH):
+        wrong = every[start : start + _BATCH]
         flips, found = _errors(_all_syndromes(odd[wrong]))
         sound[wrong] = found
         corrected[wrong] = np.where(found, flips.sum(axis=1), 0)

@@ -26,6 +26,7 @@ from mocap_jax.signals.telemetry.frame import (
 
 _CONFIRMING_FRAMES = 3
 _SILENT_FRAMES = 2 * FRAMES
+_BLOCKS_AT_ONCE = 24
 # A wire without telemetry is searched less and less often, up to every half second.
 _LONGEST_PAUSE = 36
 
@@ -84,7 +85,7 @@ class FrameDecoder:
                     break
                 self._search()
                 continue
-            blocks = min(len(self._bits) // BLOCK_BITS, FRAMES // 2)
+            blocks = min(len(self._bits) // BLOCK_BITS, _BLOCKS_AT_ONCE)
             if not blocks:
                 break
             parts.append(self._take(blocks, self._phase))
