@@ -69,6 +69,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the verb."""
     output = output_file(arguments.output, (".mcap",))
+    if arguments.raw and arguments.orientations:
+        raise UsageError("--orientations: the driver box's telemetry carries none; leave out --raw")
     from mocap_jax.io import write_recording
     from mocap_jax.simulation import (
         PROFILES,
@@ -118,8 +120,6 @@ def _run_raw(
     from mocap_jax.io.raw_file import write_raw
     from mocap_jax.simulation.raw import simulate_raw
 
-    if arguments.orientations:
-        raise UsageError("--orientations: the driver box's telemetry carries none; leave out --raw")
     raw = simulate_raw(
         motion, profile=arguments.profile, seed=arguments.seed, suit=suit, options=options
     )

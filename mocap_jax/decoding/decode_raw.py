@@ -7,8 +7,8 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 
-import jax.numpy as jnp
 import numpy as np
+from jax import device_put
 
 from mocap_jax.decoding.inertial import BoardSummary, inertial_stream
 from mocap_jax.decoding.pulses import Pulses
@@ -181,18 +181,17 @@ def _ranges(
             found = stretch.arrivals()
             delay[found.pulse, r] = found.delay
             amplitude[found.pulse, r] = found.amplitude / decoder.box.reference
-            # A peak below this wire's own gate was not kept; the gate of w_s is the usual one.
     known = decoder.box.source_offset_m
     offset = np.array([known.get(name, 0.0) for name in source_names])
     out = measure(time, source, delay, amplitude, _speed(rest, time), offset,
                   farthest=decoder.options.farthest_m)  # fmt: skip
     pulse, receiver = np.nonzero(out.confidence > 0)
     ranges = RangeStream(
-        time=jnp.asarray(time[pulse]),
-        source=jnp.asarray(source[pulse]),
-        receiver=jnp.asarray(receiver),
-        distance=jnp.asarray(out.distance[pulse, receiver]),
-        confidence=jnp.asarray(out.confidence[pulse, receiver]),
+        time=device_put(time[pulse]),
+        source=device_put(source[pulse]),
+        receiver=device_put(receiver),
+        distance=device_put(out.distance[pulse, receiver]),
+        confidence=device_put(out.confidence[pulse, receiver]),
         source_names=source_names,
         receiver_names=names,
     )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import jax.numpy as jnp
 import numpy as np
+from jax import device_put
 
 from mocap_jax.recording import InertialStream
 from mocap_jax.signals.telemetry.converter import ConverterScales, physical
@@ -57,7 +57,7 @@ def inertial_stream(
         triple[~np.isfinite(triple).all(axis=1)] = np.nan
     kept = np.isfinite(rate).any(axis=1) | np.isfinite(force).any(axis=1)
     stream = InertialStream(
-        jnp.asarray(time[kept]), jnp.asarray(force[kept]), jnp.asarray(rate[kept]),
-        jnp.full((int(kept.sum()), 4), jnp.nan),
+        device_put(time[kept]), device_put(force[kept]), device_put(rate[kept]),
+        device_put(np.full((int(kept.sum()), 4), np.nan)),
     )  # fmt: skip
     return stream, BoardSummary(*(int(c) for c in counts))

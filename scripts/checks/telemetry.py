@@ -36,7 +36,7 @@ def through_the_chain(noise: float, seconds: float, seed: int) -> Chain:
     bits, modulated = encode(np.clip(walk, 0, 4095).astype(np.int64))
     count = int(len(bits) / BIT_RATE_HZ * _RATE_HZ)
     start, ppm = 0.1 + rng.random(), 100.0 * rng.standard_normal()
-    place = (np.arange(count + int(1.2 * _RATE_HZ)) / _RATE_HZ - start) * BIT_RATE_HZ
+    place = (np.arange(count + int(2.2 * _RATE_HZ)) / _RATE_HZ - start) * BIT_RATE_HZ
     place = place * (1.0 + 1e-6 * ppm)
     volts = voltage(bits, place) + noise * rng.standard_normal(len(place))
     receiver = TelemetryReceiver(_RATE_HZ)

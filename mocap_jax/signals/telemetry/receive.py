@@ -62,5 +62,8 @@ class TelemetryReceiver:
 
 def _small(frames: Frames) -> Frames:
     """The same in as few bytes as hold it."""
-    tiny = (frames.index, frames.codes, frames.level_bits, frames.corrected)
-    return Frames(frames.bit, *(x.astype(np.int8) for x in tiny), frames.accepted)
+    tiny = lambda x: x.astype(np.int8)  # noqa: E731
+    return Frames(
+        frames.bit, tiny(frames.index), tiny(frames.codes), tiny(frames.level_bits),
+        tiny(frames.corrected), frames.accepted,
+    )  # fmt: skip

@@ -6,13 +6,13 @@ back at its own lower rate (overlap-save: the margins at either end of a block a
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
 from jaxtyping import Complex, Float
 
-from mocap_jax.signals.ultrasonic.burst import CARRIER_HZ, Transducer, envelope
+from mocap_jax.signals.ultrasonic.burst import CARRIER_HZ, NOMINAL, Transducer, envelope
 
 SAMPLE_RATE_HZ = 150_000.0
 MARGIN = 1200
@@ -41,7 +41,6 @@ class Bands:
     telemetry: Float[np.ndarray, "t"]
 
 
-@dataclass(frozen=True)
 class BandSplitter:
     """Splits blocks of one length.
 
@@ -50,23 +49,19 @@ class BandSplitter:
         transducer: the burst to match.
     """
 
-    length: int
-    transducer: Transducer = field(default_factory=Transducer)
-
-    def __post_init__(self) -> None:
-        count = self.length // SOUND_STEP
-        offset = scipy.fft.fftfreq(count, 1 / SOUND_RATE_HZ)
-        object.__setattr__(self, "_carrier", round(CARRIER_HZ * self.length / SAMPLE_RATE_HZ))
-        object.__setattr__(self, "_narrow", _window(np.abs(offset), _HALF_WIDTH_HZ, _SKIRT_HZ))
-        object.__setattr__(self, "_match", self._matching(offset))
-        low = np.arange(self.length // TELEMETRY_STEP // 2 + 1) * SAMPLE_RATE_HZ / self.length
-        edge = _TELEMETRY_STOP_HZ - _TELEMETRY_PASS_HZ
-        object.__setattr__(self, "_low", _window(low, _TELEMETRY_PASS_HZ, edge))
+    def __init__(self, length: int, transducer: Transducer = NOMINAL) -> None:
+        self.length, self._transducer = length, transducer
+        offset = scipy.fft.fftfreq(length // SOUND_STEP, 1 / SOUND_RATE_HZ)
+        self._carrier = round(CARRIER_HZ * length / SAMPLE_RATE_HZ)
+        self._narrow = _window(np.abs(offset), _HALF_WIDTH_HZ, _SKIRT_HZ)
+        self._match = self._matching(offset)
+        low = np.arange(length // TELEMETRY_STEP // 2 + 1) * SAMPLE_RATE_HZ / length
+        self._low = _window(low, _TELEMETRY_PASS_HZ, _TELEMETRY_STOP_HZ - _TELEMETRY_PASS_HZ)
 
     def _matching(self, offset: np.ndarray) -> np.ndarray:
         """Conjugate spectrum of the burst in the band, scaled to unit gain for the burst."""
         time = np.arange(self.length // SOUND_STEP * 16) / SOUND_RATE_HZ / 16
-        spectrum = scipy.fft.fft(envelope(time, self.transducer)) / 16
+        spectrum = scipy.fft.fft(envelope(time, self._transducer)) / 16
         half = len(offset) // 2
         spectrum = np.concatenate([spectrum[:half], spectrum[-half:]])
         spectrum = spectrum * _window(np.abs(offset), _MATCHED_WIDTH_HZ, _MATCHED_SKIRT_HZ)

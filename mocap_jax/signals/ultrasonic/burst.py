@@ -21,8 +21,11 @@ class Transducer:
     6 dB, 400ST100: 2.5 kHz) give it."""
 
 
+NOMINAL = Transducer()
+
+
 def envelope(
-    time: Float[np.ndarray, "n"], transducer: Transducer = Transducer()
+    time: Float[np.ndarray, "n"], transducer: Transducer = NOMINAL
 ) -> Complex[np.ndarray, "n"]:
     """Complex amplitude about 40 kHz after a burst that starts at time 0 [s].
 

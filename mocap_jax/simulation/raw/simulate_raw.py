@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-import jax.numpy as jnp
 import numpy as np
+from jax import device_put
 from jaxtyping import Float, Int16
 
 from mocap_jax.errors import InputError
@@ -170,7 +170,7 @@ def _assembled(
         ranges=None,
         root=sample_root(time, q, errs, seed),
         magnetic={},
-        temperature=TemperatureStream(jnp.asarray(air), jnp.full(len(air), celsius)),
+        temperature=TemperatureStream(device_put(air), device_put(np.full(len(air), celsius))),
         truth=truth,
         setup=setup,
         body_xml=stage.nominal.xml,
