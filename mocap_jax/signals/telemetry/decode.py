@@ -29,6 +29,8 @@ _SILENT_FRAMES = 2 * FRAMES
 _BLOCKS_AT_ONCE = 24
 # A wire without telemetry is searched less and less often, up to every half second.
 _LONGEST_PAUSE = 36
+_HISTORY_BITS = 80 * BLOCK_BITS
+"""Bits stepped over that are kept, to be decoded once the phase is known."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,7 @@ class FrameDecoder:
         self._phase: int | None = None
         self._silent = 0
         self._pause = 1
+        self._sought = 0
 
     @property
     def locked(self) -> bool:
@@ -81,7 +84,7 @@ class FrameDecoder:
         parts: list[Frames] = []
         while True:
             if self._phase is None:
-                if len(self._bits) < self._pause * BLOCK_BITS + 2 * SUPERFRAME_BITS:
+                if len(self._bits) - self._sought < 2 * SUPERFRAME_BITS:
                     break
                 self._search()
                 continue
@@ -113,20 +116,32 @@ class FrameDecoder:
         self._bits, self._start = self._bits[count:], self._start + count
 
     def _search(self) -> None:
-        """Find the phase within the next superframe, or step over it."""
-        window = np.lib.stride_tricks.sliding_window_view(self._bits, BLOCK_BITS)[:BLOCK_BITS]
+        """Find the phase within the next block, or step over it."""
+        ahead = self._bits[self._sought :]
+        window = np.lib.stride_tricks.sliding_window_view(ahead, BLOCK_BITS)[:BLOCK_BITS]
         patterns = PATTERN.reshape(-1, BLOCK_BITS)
         trials = window[:, None] ^ patterns[None]
         accepted = unpack(separate(trials.ravel()))[3].reshape(BLOCK_BITS, len(patterns), 2)
         for offset, block in np.argwhere(accepted.any(axis=2)):
-            bits = self._bits[offset : offset + SUPERFRAME_BITS]
+            bits = ahead[offset : offset + SUPERFRAME_BITS]
             words = separate(scramble(bits, int(block) * BLOCK_BITS))
             if unpack(words)[3].sum() > _CONFIRMING_FRAMES:
-                self._drop(int(offset))
-                self._phase, self._silent, self._pause = int(block) * BLOCK_BITS, 0, 1
+                self._lock(self._sought + int(offset), int(block) * BLOCK_BITS)
                 return
-        self._drop(self._pause * BLOCK_BITS)
+        self._sought += self._pause * BLOCK_BITS
         self._pause = min(2 * self._pause, _LONGEST_PAUSE)
+        if self._sought > _HISTORY_BITS:
+            spare = min(self._sought - _HISTORY_BITS, len(self._bits))
+            self._drop(spare)
+            self._sought -= spare
+
+    def _lock(self, place: int, phase: int) -> None:
+        """Start from a known phase, as many blocks earlier as are still held."""
+        earlier = place // BLOCK_BITS
+        self._phase = (phase - earlier * BLOCK_BITS) % SUPERFRAME_BITS
+        # What was stepped over may be silence, which must not end the lock again.
+        self._silent, self._pause, self._sought = -2 * earlier, 1, 0
+        self._drop(place - earlier * BLOCK_BITS)
 
 
 def hard_bits(soft: Float[np.ndarray, "k"]) -> UInt8[np.ndarray, "k"]:
