@@ -130,6 +130,12 @@ def test_silence_and_noise_are_not_heard(name: str):
     assert np.isnan(detect(name, noise).delay).mean() > 0.9
 
 
+@pytest.mark.parametrize("name", ["matched", "inflection"])
+def test_a_block_without_pulses_has_no_arrivals(name: str):
+    samples = np.random.default_rng(6).standard_normal(BLOCK_SAMPLES)
+    assert detect(name, samples, emissions=np.zeros(0)).delay.shape == (0,)
+
+
 def test_unknown_detector_names_the_valid_ones():
     with pytest.raises(InputError, match="valid: matched, inflection"):
         DetectorOptions(detector="peak")

@@ -80,7 +80,9 @@ def decode(
         Data bits, number of bits corrected, and whether a code word lies within 6 bits; where
         none does, the data bits are those received.
     """
-    odd = ((words.astype(np.float32) @ _CHECK).astype(np.int64) & 1).reshape(len(words), -1, 7)
+    odd = ((words.astype(np.float32) @ _CHECK).astype(np.int64) & 1).reshape(
+        len(words), CORRECTABLE, 7
+    )
     odd = (odd << np.arange(7)).sum(axis=2).astype(np.uint8)
     corrected = np.zeros(len(words), np.int64)
     sound = ~odd.any(axis=1)

@@ -172,7 +172,7 @@ def _between(
     """Values at 32 points a sample over `count` samples from each start on."""
     taps = np.arange(-_TAPS, _TAPS + 2)
     at = start[:, None, None] + np.arange(count)[:, None] + taps
-    return (sound[at] @ _KERNEL.T).reshape(len(start), -1)
+    return (sound[at] @ _KERNEL.T).reshape(len(start), count * _STEPS)
 
 
 def _vertex(values: Float[np.ndarray, "n f"]) -> tuple[np.ndarray, np.ndarray]:
