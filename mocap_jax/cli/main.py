@@ -15,6 +15,7 @@ from typing import Any, cast
 from mocap_jax import __version__
 from mocap_jax.cli import (
     convert,
+    decode,
     demo,
     evaluate,
     export,
@@ -32,6 +33,7 @@ from mocap_jax.errors import MocapError
 VERBS: dict[str, ModuleType] = {
     "demo": demo,
     "simulate": simulate,
+    "decode": decode,
     "convert": convert,
     "reconstruct": reconstruct,
     "place": place,

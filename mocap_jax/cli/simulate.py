@@ -16,6 +16,7 @@ from mocap_jax.errors import InputError
 if TYPE_CHECKING:
     from mocap_jax.body import Body
     from mocap_jax.motion import Motion
+    from mocap_jax.simulation import SimulationOptions, Suit
 
 SUMMARY = "simulate the sensors of a person who performs a known motion"
 EXAMPLE = "mocap-jax simulate walk.amc -o walk.mcap --profile field --seed 1"
@@ -46,6 +47,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "(bias, mounting errors, soft tissue, outliers, ...)",
     )
     parser.add_argument("--seed", type=count, default=0, metavar="N", help="of all random errors")
+    parser.add_argument(
+        "--raw", action="store_true",
+        help="write what the driver box samples (5 MB a second); see mocap-jax decode",
+    )  # fmt: skip
     add_body_arguments(parser)
     parser.add_argument("--skeleton", metavar="ASF", help="skeleton of an .amc file elsewhere")
     parser.add_argument("--fps", type=number_between(1, 1e4), metavar="HZ", help="true frame rate")
@@ -64,6 +69,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the verb."""
     output = output_file(arguments.output, (".mcap",))
+    if arguments.raw and arguments.orientations:
+        raise UsageError("--orientations: the driver box's telemetry carries none; leave out --raw")
     from mocap_jax.io import write_recording
     from mocap_jax.simulation import (
         PROFILES,
@@ -89,6 +96,8 @@ def run(arguments: argparse.Namespace) -> int:
             )
         read = named_suit if arguments.sensors in SUITS else load_suit
         suit = read(arguments.sensors, with_shapes(motion.body))
+    if arguments.raw:
+        return _run_raw(arguments, output, motion, suit, options)
     recording = simulate(
         motion, profile=arguments.profile, seed=arguments.seed, suit=suit, options=options
     )
@@ -97,6 +106,35 @@ def run(arguments: argparse.Namespace) -> int:
     print(
         f"{output}: {motion.name}, {end - start:.1f} s, {len(recording.inertial)} boards, "
         f"{len(recording.setup.sources)} sources, profile {arguments.profile}, "
+        f"seed {arguments.seed}"
+    )
+    return SUCCESS
+
+
+def _run_raw(
+    arguments: argparse.Namespace,
+    output: Path,
+    motion: Motion,
+    suit: Suit | None,
+    options: SimulationOptions,
+) -> int:
+    """Write the raw recording of a motion."""
+    from tqdm import tqdm
+
+    from mocap_jax.io.raw_file import write_raw
+    from mocap_jax.simulation.raw import simulate_raw
+
+    raw = simulate_raw(
+        motion, profile=arguments.profile, seed=arguments.seed, suit=suit, options=options
+    )
+    pieces = tqdm(raw.chunks(), desc="simulate", total=raw.pieces, disable=None)
+    write_raw(
+        output, raw.recording, raw.box, sample_rate_hz=raw.sample_rate_hz, wires=raw.wires,
+        pulse_time=raw.pulse_time, pulse_source=raw.pulse_source, pieces=pieces,
+    )  # fmt: skip
+    print(
+        f"{output}: {motion.name}, {raw.duration:.1f} s raw, {len(raw.wires)} boards, "
+        f"{len(raw.recording.setup.sources)} sources, profile {arguments.profile}, "
         f"seed {arguments.seed}"
     )
     return SUCCESS

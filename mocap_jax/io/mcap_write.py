@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import heapq
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from typing import Any
@@ -23,6 +24,7 @@ METADATA_NAME = "mocap_jax"
 
 # Small enough that one damaged chunk costs little, large enough to compress well.
 _CHUNK_BYTES = 256 * 1024
+_PIECE = 16_384
 
 
 @dataclass
@@ -30,7 +32,7 @@ class _Topic:
     schema: str | Any
     metadata: dict[str, str]
     stamps_ns: np.ndarray
-    payloads: Sequence[bytes]
+    payloads: Iterable[bytes]
 
 
 @dataclass
@@ -45,6 +47,9 @@ class McapFile:
     attachments: list[tuple[str, str, bytes]] = field(default_factory=list)
     """Name, media type, content."""
     topics: dict[str, _Topic] = field(default_factory=dict)
+    streamed: Iterable[tuple[str, int, int, bytes]] = ()
+    """Messages made as the file is written, by ascending log time: topic (declared by
+    `add_topic` without messages), log time, stamp [ns], payload."""
 
     def attach(self, name: str, media_type: str, content: bytes | str) -> None:
         """Add an attachment."""
@@ -56,7 +61,7 @@ class McapFile:
         topic: str,
         schema: str | Any,
         stamps_ns: Int[np.ndarray, "n"],
-        payloads: Sequence[bytes],
+        payloads: Iterable[bytes],
         metadata: dict[str, str] | None = None,
     ) -> None:
         """Add all messages of one topic.
@@ -65,7 +70,7 @@ class McapFile:
             topic: its name.
             schema: name of a ROS 2 message type of ours, or a protobuf message class.
             stamps_ns: absolute log times [ns].
-            payloads: the encoded messages.
+            payloads: the encoded messages, one a stamp; they may be made as they are asked for.
             metadata: facts about the channel.
         """
         self.topics[topic] = _Topic(schema, metadata or {}, stamps_ns, payloads)
@@ -107,7 +112,17 @@ class McapFile:
         topics = list(self.topics.values())
         if not topics:
             return
-        sizes = [len(t.payloads) for t in topics]
+        number = dict(zip(self.topics, channel_of, strict=True))
+        streamed = ((log, number[name], p, stamp) for name, log, stamp, p in self.streamed)
+        by_time = heapq.merge(self._messages(channel_of), streamed, key=lambda m: m[0])
+        for log_time, channel, payload, stamp in by_time:
+            writer.add_message(channel, log_time, payload, stamp)
+
+    def _messages(self, channel_of: list[int]) -> Iterator[tuple[int, int, bytes, int]]:
+        """Log time, channel, payload and stamp of what is held, by log time."""
+        topics = list(self.topics.values())
+        if not topics:
+            return
         stamps = np.concatenate([np.asarray(t.stamps_ns, np.int64) for t in topics])
         if stamps.size and stamps.min() < 0:
             raise InputError(
@@ -117,12 +132,16 @@ class McapFile:
         # Log times never go backwards within a topic, even where stamps do: the order of a topic's
         # messages is a fact to be kept (and refused by `validate_recording`), not to be repaired.
         log = np.concatenate([np.maximum.accumulate(np.asarray(t.stamps_ns)) for t in topics])
-        payloads = [p for t in topics for p in t.payloads]
-        channels = np.repeat(channel_of, sizes).tolist()
-        log_times, stamp_list = log.tolist(), stamps.tolist()
-        add = writer.add_message
-        for i in np.argsort(log, kind="stable").tolist():
-            add(channels[i], log_times[i], payloads[i], stamp_list[i])
+        topic_of = np.repeat(np.arange(len(topics)), [len(t.stamps_ns) for t in topics])
+        remaining = [iter(t.payloads) for t in topics]
+        order = np.argsort(log, kind="stable")
+        # In pieces: numbers of Python for all messages would take more memory than the messages.
+        for first in range(0, len(order), _PIECE):
+            rows = order[first : first + _PIECE]
+            which = topic_of[rows].tolist()
+            times = zip(which, log[rows].tolist(), stamps[rows].tolist(), strict=True)
+            for k, log_time, stamp in times:
+                yield log_time, channel_of[k], next(remaining[k]), stamp
 
 
 def _register_schema(writer: Writer, schema: str | Any, known: dict[str, int]) -> int:

@@ -1,7 +1,8 @@
 """Our own protobuf messages, built at run time: no compiler, no generated code.
 
 `mocap_jax.Range` is one ultrasonic distance, `mocap_jax.Covariance` the covariance of one pose,
-`mocap_jax.PairCovariance` that of a pose with the one before.
+`mocap_jax.PairCovariance` that of a pose with the one before, `mocap_jax.Waveform` a piece of a
+wire's samples and `mocap_jax.Pulse` an ultrasonic emission.
 Their definitions travel inside every file, as MCAP demands.
 """
 
@@ -28,6 +29,15 @@ _MESSAGES = {
         ("receiver", _FIELD.TYPE_STRING),
         ("distance_m", _FIELD.TYPE_DOUBLE),
         ("confidence", _FIELD.TYPE_DOUBLE),
+    ),
+    "Waveform": (
+        ("stamp", _TIMESTAMP),  # Of the first sample.
+        ("sample_rate_hz", _FIELD.TYPE_DOUBLE),
+        ("samples", _FIELD.TYPE_BYTES),  # int16, little-endian.
+    ),
+    "Pulse": (
+        ("stamp", _TIMESTAMP),  # Of the emission.
+        ("source", _FIELD.TYPE_STRING),
     ),
     "Covariance": (
         ("stamp", _TIMESTAMP),
@@ -69,14 +79,16 @@ def _build() -> dict[str, Any]:
 
 _CLASSES = _build()
 Range = _CLASSES["Range"]
+Waveform = _CLASSES["Waveform"]
+Pulse = _CLASSES["Pulse"]
 Covariance = _CLASSES["Covariance"]
 PairCovariance = _CLASSES["PairCovariance"]
 
 __all__ = [
-    "Covariance", "FrameTransforms", "PairCovariance", "PoseInFrame", "Range",
+    "Covariance", "FrameTransforms", "PairCovariance", "PoseInFrame", "Pulse", "Range", "Waveform",
     "decode_covariances", "decode_pair_covariances", "decode_poses", "decode_ranges",
     "encode_covariances", "encode_pair_covariances", "encode_poses", "encode_ranges",
-    "encode_transforms",
+    "decode_pulse", "decode_waveform", "encode_pulse", "encode_transforms", "encode_waveform",
 ]  # fmt: skip
 
 
@@ -122,6 +134,33 @@ def decode_ranges(
         np.array(stamps, np.int64), list(source), list(receiver),
         np.array(distance, np.float64), np.array(confidence, np.float64),
     )  # fmt: skip
+
+
+def encode_waveform(stamp_ns: int, rate_hz: float, samples: np.ndarray) -> bytes:
+    """One Waveform message of int16 samples."""
+    message = Waveform(sample_rate_hz=rate_hz, samples=samples.astype("<i2").tobytes())
+    _set_stamp(message.stamp, stamp_ns)
+    return message.SerializeToString()
+
+
+def decode_waveform(payload: bytes) -> tuple[int, float, np.ndarray]:
+    """Stamp of the first sample [ns], rate [Hz], samples (int16)."""
+    message = Waveform.FromString(payload)
+    samples = np.frombuffer(message.samples, "<i2")
+    return _nanoseconds(message.stamp), message.sample_rate_hz, samples
+
+
+def encode_pulse(stamp_ns: int, source: str) -> bytes:
+    """One Pulse message."""
+    message = Pulse(source=source)
+    _set_stamp(message.stamp, stamp_ns)
+    return message.SerializeToString()
+
+
+def decode_pulse(payload: bytes) -> tuple[int, str]:
+    """Stamp of the emission [ns], site name of the source."""
+    message = Pulse.FromString(payload)
+    return _nanoseconds(message.stamp), message.source
 
 
 def encode_poses(

@@ -79,6 +79,11 @@ def _refuse_foreign(path: str | os.PathLike[str], contents: Contents) -> None:
         )
     if kind_of(contents) == "solution":
         raise InputError(f"{path}: this is a solution, not a recording")
+    if kind_of(contents) == "raw":
+        raise InputError(
+            f"{path}: this is a raw recording of a driver box; make a recording of it first: "
+            f"mocap-jax decode {path} -o REC.mcap"
+        )
     known = (INERTIAL, MAGNETIC, RANGE, ROOT, TEMPERATURE, TRUTH)
     if METADATA_NAME not in contents.metadata and not any(
         topic.startswith(known) for topic in contents.channels

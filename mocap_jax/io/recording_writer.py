@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -35,6 +36,8 @@ from mocap_jax.recording import (
     Truth,
 )
 
+_PIECE = 4096
+
 
 def write_recording(path: str | os.PathLike[str], recording: Recording) -> None:
     """Write a recording to an MCAP file, whole or not at all.
@@ -50,7 +53,12 @@ def write_recording(path: str | os.PathLike[str], recording: Recording) -> None:
     Raises:
         InputError: the file cannot be written, or a time is not finite.
     """
-    file = McapFile("recording", recording.start_utc_ns, {"subject": recording.subject})
+    mcap_file(recording, "recording").write(path)
+
+
+def mcap_file(recording: Recording, kind: str) -> McapFile:
+    """The content of a recording's file (see `write_recording`)."""
+    file = McapFile(kind, recording.start_utc_ns, {"subject": recording.subject})
     if recording.body_xml is not None:
         file.attach("body.xml", "application/xml", recording.body_xml)
     file.attach("setup.toml", "application/toml", setup_to_toml(recording.setup))
@@ -62,21 +70,31 @@ def write_recording(path: str | os.PathLike[str], recording: Recording) -> None:
     _add_ranges(file, recording.ranges)
     _add_root(file, recording.root)
     _add_temperature(file, recording.temperature)
-    file.write(path)
+    return file
 
 
 def _add_inertial(file: McapFile, sensor: str, stream: InertialStream, setup: Setup) -> None:
     stamps = stamps_from_seconds(stream.time, file.start_utc_ns, INERTIAL + sensor)
     noise = setup.noise
-    payloads = ros.encode_imu(
-        sensor,
-        stamps,
-        np.asarray(stream.orientation, np.float64),
-        np.asarray(stream.gyroscope, np.float64),
-        np.asarray(stream.accelerometer, np.float64),
-        (noise.orientation, noise.gyroscope, noise.accelerometer),
+    orientation, gyroscope, accelerometer = (
+        np.asarray(x, np.float64)
+        for x in (stream.orientation, stream.gyroscope, stream.accelerometer)
     )
+    sigmas = (noise.orientation, noise.gyroscope, noise.accelerometer)
+
+    def piece(rows: slice) -> list[bytes]:
+        return ros.encode_imu(
+            sensor, stamps[rows], orientation[rows], gyroscope[rows], accelerometer[rows], sigmas
+        )
+
+    payloads = _in_pieces(len(stamps), piece)
     file.add_topic(INERTIAL + sensor, ros.IMU, stamps, payloads)
+
+
+def _in_pieces(count: int, encode: Callable[[slice], list[bytes]]) -> Iterator[bytes]:
+    """Messages encoded a few thousand at a time, so that long recordings fit into memory."""
+    for first in range(0, count, _PIECE):
+        yield from encode(slice(first, first + _PIECE))
 
 
 def _add_magnetic(file: McapFile, sensor: str, stream: MagneticStream, setup: Setup) -> None:
@@ -90,13 +108,20 @@ def _add_ranges(file: McapFile, ranges: RangeStream | None) -> None:
     if ranges is None:
         return
     stamps = stamps_from_seconds(ranges.time, file.start_utc_ns, RANGE)
-    payloads = pb.encode_ranges(
-        stamps,
-        [ranges.source_names[i] for i in np.asarray(ranges.source).tolist()],
-        [ranges.receiver_names[i] for i in np.asarray(ranges.receiver).tolist()],
-        np.asarray(ranges.distance, np.float64),
-        np.asarray(ranges.confidence, np.float64),
-    )
+    source, receiver = np.asarray(ranges.source), np.asarray(ranges.receiver)
+    distance = np.asarray(ranges.distance, np.float64)
+    confidence = np.asarray(ranges.confidence, np.float64)
+
+    def piece(rows: slice) -> list[bytes]:
+        return pb.encode_ranges(
+            stamps[rows],
+            [ranges.source_names[i] for i in source[rows].tolist()],
+            [ranges.receiver_names[i] for i in receiver[rows].tolist()],
+            distance[rows],
+            confidence[rows],
+        )
+
+    payloads = _in_pieces(len(stamps), piece)
     # Names without a single distance would be lost otherwise, and so would their order.
     names = {
         "sources": json.dumps(ranges.source_names),

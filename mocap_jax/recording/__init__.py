@@ -1,5 +1,6 @@
 """Recordings: measured streams, the declared set-up, and the truth of simulated ones."""
 
+from mocap_jax.recording.driver_box import DriverBox
 from mocap_jax.recording.recording import Recording, Truth
 from mocap_jax.recording.setup import NoiseFigures, RestHold, SensorSpec, Setup
 from mocap_jax.recording.streams import (
@@ -11,6 +12,6 @@ from mocap_jax.recording.streams import (
 )
 
 __all__ = [
-    "InertialStream", "MagneticStream", "NoiseFigures", "RangeStream", "Recording", "RestHold",
-    "RootStream", "SensorSpec", "Setup", "TemperatureStream", "Truth",
+    "DriverBox", "InertialStream", "MagneticStream", "NoiseFigures", "RangeStream", "Recording",
+    "RestHold", "RootStream", "SensorSpec", "Setup", "TemperatureStream", "Truth",
 ]  # fmt: skip

@@ -37,6 +37,20 @@ class Flights:
     """The body stands in the way."""
 
 
+@dataclass(frozen=True)
+class Emissions:
+    """Where the devices are, for n pulses and r microphones."""
+
+    origin: Float[np.ndarray, "n 3"]
+    """Of each pulse [m]."""
+    axis: Float[np.ndarray, "n 3"]
+    """Its emission axis."""
+    way: Float[np.ndarray, "n r 3"]
+    """From the origin to each microphone at the arrival of the direct sound [m]."""
+    outward: Float[np.ndarray, "n r 3"]
+    """Axis of each microphone at the emission."""
+
+
 def fly(
     rig: Rig,
     spline: PoseSpline,
@@ -45,7 +59,21 @@ def fly(
     pulse_interval: float,
     speed_of_sound: float,
 ) -> Flights:
-    """Trace every pulse of a round robin over the sources to all microphones.
+    """Trace every pulse of a round robin over the sources to all microphones (see `trace`)."""
+    return trace(
+        rig, spline, end=end, pulse_interval=pulse_interval, speed_of_sound=speed_of_sound
+    )[0]
+
+
+def trace(
+    rig: Rig,
+    spline: PoseSpline,
+    *,
+    end: float,
+    pulse_interval: float,
+    speed_of_sound: float,
+) -> tuple[Flights, Emissions]:
+    """Direct paths of every pulse of a round robin over the sources, and where devices are.
 
     The flight time solves |p_mic(t + tau) - p_source(t)| = c tau by fixed-point iteration, which
     contracts by the ratio of the microphone's speed to that of sound, below 0.05 a step.
@@ -60,7 +88,7 @@ def fly(
     count = int(np.floor(end / pulse_interval)) + 1
     time = pulse_interval * np.arange(count)
     source = np.arange(count) % len(rig.source_sites)
-    origin, axis, occluded = _emissions(rig, spline.pose(time), source)
+    origin, axis, outward, occluded = _emissions(rig, spline.pose(time), source)
     path = _microphone_paths(rig, spline)
     flight = np.zeros((count, len(rig.board_sites)))
     for _ in range(_FIXED_POINT_STEPS):
@@ -68,7 +96,8 @@ def fly(
         distance = np.linalg.norm(way, axis=2)
         flight = distance / speed_of_sound
     cosine = (way * axis[:, None]).sum(axis=2) / np.maximum(distance, 1e-9)
-    return Flights(time, source, distance, cosine, occluded)
+    flights = Flights(time, source, distance, cosine, occluded)
+    return flights, Emissions(origin, axis, way, outward)
 
 
 def _microphone_paths(rig: Rig, spline: PoseSpline) -> BSpline:
@@ -92,12 +121,13 @@ def _at_arrival(path: BSpline, time: Float[np.ndarray, "n r"]) -> Float[np.ndarr
 
 def _emissions(
     rig: Rig, poses: Float[np.ndarray, "n nq"], source: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Origin and axis of each pulse, and which microphones the body hides from it."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Origin and axis of each pulse, axes of the microphones, and which of them the body hides."""
     model, data = rig.model, rig.data
     receivers = len(rig.board_sites)
     origin, axis = np.empty((len(poses), 3)), np.empty((len(poses), 3))
     occluded = np.zeros((len(poses), receivers), bool)
+    outward = np.empty((len(poses), receivers, 3))
     geom, reach = np.empty(receivers, np.int32), np.empty(receivers)
     for i, q in enumerate(poses):
         place(rig, q)
@@ -105,8 +135,8 @@ def _emissions(
         origin[i] = data.site_xpos[site]
         axis[i] = data.site_xmat[site].reshape(3, 3)[:, 2]
         start = origin[i] + _RAY_CLEARANCE * axis[i]
-        outward = data.site_xmat[rig.board_sites].reshape(-1, 3, 3)[:, :, 2]
-        ray = data.site_xpos[rig.board_sites] + _RAY_CLEARANCE * outward - start
+        outward[i] = data.site_xmat[rig.board_sites].reshape(-1, 3, 3)[:, :, 2]
+        ray = data.site_xpos[rig.board_sites] + _RAY_CLEARANCE * outward[i] - start
         length = np.linalg.norm(ray, axis=1)
         ray /= np.maximum(length, 1e-9)[:, None]
         mujoco.mj_multiRay(
@@ -114,4 +144,4 @@ def _emissions(
             float(length.max()) + 0.1,
         )  # fmt: skip
         occluded[i] = (reach >= 0) & (reach < length)
-    return origin, axis, occluded
+    return origin, axis, outward, occluded

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from mocap_jax.signals.ultrasonic.confidence import continuity_confidence, signal_confidence
 from mocap_jax.simulation.flight import Flights
 
 
@@ -130,45 +131,3 @@ def _earliest(
     heard = (amplitudes > gate) & (paths <= max_range)
     chosen = np.where(heard, paths, np.inf).argmin(axis=0)
     return chosen, np.asarray(heard.any(axis=0))
-
-
-def signal_confidence(
-    amplitude: Float[np.ndarray, "*b"], path: Float[np.ndarray, "*b"], figures: HearingFigures
-) -> Float[np.ndarray, "*b"]:
-    """w_s: 1 above the threshold of normalised power, falling smoothly below, 0 under the gate.
-
-    Vlasic 2007, section 4.1 lets w_s fall with the inverse square of the difference, which
-    diverges at the threshold; the bounded form here is 1 / (1 + (difference / scale)^2).
-    """
-    power = (amplitude * path) ** 2
-    short = np.maximum(figures.strength_threshold - power, 0.0)
-    weight = 1.0 / (1.0 + (short / (figures.strength_scale * figures.strength_threshold)) ** 2)
-    return np.where(amplitude > figures.gate * figures.noise, weight, 0.0)
-
-
-def continuity_confidence(
-    time: Float[np.ndarray, "n"],
-    source: np.ndarray,
-    path: Float[np.ndarray, "n r"],
-    strength: Float[np.ndarray, "n r"],
-    figures: HearingFigures,
-) -> Float[np.ndarray, "n r"]:
-    """w_t: 1 where a distance continues the last one heard of its pair, falling to 0 with jumps.
-
-    Distances may change at `closing_speed` since the last peak heard; what exceeds that lowers
-    w_t linearly to 0 at `jump_scale`. Without a recent peak w_t is 1.
-    """
-    weight = np.ones_like(path)
-    for s in np.unique(source):
-        rows = np.flatnonzero(source == s)
-        last = np.full(path.shape[1], np.nan)
-        when = np.full(path.shape[1], -np.inf)
-        for i in rows:
-            elapsed = time[i] - when
-            known = elapsed <= figures.memory_s
-            allowed = figures.closing_speed * np.where(known, elapsed, 0.0)
-            excess = np.maximum(np.abs(path[i] - last) - allowed, 0.0)
-            weight[i] = np.where(known, np.maximum(1.0 - excess / figures.jump_scale, 0.0), 1.0)
-            heard = strength[i] > 0
-            last[heard], when[heard] = path[i, heard], time[i]
-    return weight

@@ -27,8 +27,7 @@ def sample_ranges(
 
     Returns None for a suit without sources.
     """
-    error = float(np.clip(stream(seed, "speed_of_sound").standard_normal(), -2.5, 2.5))
-    speed = options.speed_of_sound * (1.0 + profile.speed_of_sound * error)
+    speed = true_speed(profile, options, seed)
     parameters = {"speed_of_sound": np.array(speed)}
     if not suit.sources:
         return None, parameters
@@ -37,10 +36,8 @@ def sample_ranges(
     flights = fly(
         rig, spline, end=end, pulse_interval=options.pulse_interval_s, speed_of_sound=speed
     )
-    offset = profile.source_offset * stream(seed, "source_offset").standard_normal(
-        len(suit.sources)
-    )
-    parameters |= {f"source_offset/{s.name}": x for s, x in zip(suit.sources, offset, strict=True)}
+    offset = true_offsets(suit, profile, seed)
+    parameters |= offset_parameters(suit, offset)
     heard = _detections(flights, profile, options, seed)
     distance = heard.path * (options.speed_of_sound / speed) + offset[flights.source][:, None]
     if profile.white:
@@ -60,6 +57,22 @@ def sample_ranges(
         receiver_names=tuple(b.name for b in suit.boards),
     )
     return ranges, parameters
+
+
+def true_speed(profile: Profile, options: SimulationOptions, seed: int) -> float:
+    """The real speed of sound [m/s]."""
+    error = float(np.clip(stream(seed, "speed_of_sound").standard_normal(), -2.5, 2.5))
+    return options.speed_of_sound * (1.0 + profile.speed_of_sound * error)
+
+
+def true_offsets(suit: Suit, profile: Profile, seed: int) -> np.ndarray:
+    """Constant error of each source's ranges [m]."""
+    return profile.source_offset * stream(seed, "source_offset").standard_normal(len(suit.sources))
+
+
+def offset_parameters(suit: Suit, offset: np.ndarray) -> dict[str, np.ndarray]:
+    """These errors by name."""
+    return {f"source_offset/{s.name}": x for s, x in zip(suit.sources, offset, strict=True)}
 
 
 def _detections(

@@ -1,0 +1,24 @@
+"""`DriverBox`: figures of the raw signals that decoding needs (attachment `driver_box.toml`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class DriverBox:
+    """Levels, scales and calibration of the box that sampled the wires."""
+
+    reference: float = 3000.0
+    """Amplitude on the wires of the direct sound on a source's axis at 1 m, as the steady tone that
+    the burst would become [steps of the converter]."""
+    accelerometer_full_scale: float = 78.48
+    """Of the boards' 12-bit levels, both ways [m/s^2] (8 g)."""
+    gyroscope_full_scale: float = 10.471975511965978
+    """The same [rad/s] (600 deg/s)."""
+    resonance_hz: float = 40_000.0
+    """Of the sources."""
+    quality: float = 20.0
+    """Q of the sources' resonance."""
+    source_offset_m: dict[str, float] = field(default_factory=dict)
+    """Calibrated excess of each source's distances by site name [m]; what is not named has none."""

@@ -1,0 +1,1 @@
+"""Ultrasonic ranging: from a microphone's voltage to distances with confidences."""

@@ -1,0 +1,186 @@
+"""When a pulse arrives: two detectors over the same slots.
+
+`inflection` is that of Vlasic 2007, section 4.1: the power envelope's steepest rise. `matched`
+finds the peak of the matched filter's output, the most likely time of a known burst of unknown
+amplitude and phase in white noise. Both look for the first sound that is loud enough for its
+distance; what arrives early and faint is an echo of the pulse before.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from mocap_jax.errors import unknown_name
+from mocap_jax.signals.ultrasonic.bands import MARGIN, SOUND_RATE_HZ, SOUND_STEP, BandSplitter
+from mocap_jax.signals.ultrasonic.burst import CARRIER_HZ, Transducer, envelope
+
+DETECTORS = ("matched", "inflection")
+_TAPS = 12
+"""Samples to either side that interpolation uses."""
+_STEPS = 32
+"""Interpolated points a sample."""
+_RISE = 7
+"""Samples before the peak in which the steepest rise is sought."""
+_SEEN_SAMPLES = 96_000
+"""Length of the noise-free block that a detector is calibrated with."""
+
+
+@dataclass(frozen=True)
+class DetectorOptions:
+    """Which detector, and what counts as a pulse."""
+
+    detector: str = "matched"
+    """`matched` or `inflection`."""
+    gate: float = 4.0
+    """Peaks below this many noise amplitudes are not heard (Vlasic 2007, 4.1: 'well above')."""
+    share: float = 0.2
+    """Peaks below this share of a slot's largest are not the first arrival."""
+    faint: float = 0.04
+    """Normalised power (relative to the direct sound on the axis at 1 m, times squared distance)
+    below which a sound is passed over while a later one exceeds it: half of where w_s falls."""
+    nearest_m: float = 0.05
+    """Shorter distances are not looked for."""
+    farthest_m: float = 2.75
+    """Nor longer ones (Vlasic 2007, section 3.2)."""
+    transducer: Transducer = field(default_factory=Transducer)
+
+    def __post_init__(self) -> None:
+        if self.detector not in DETECTORS:
+            raise unknown_name("detector", self.detector, DETECTORS)
+
+
+@dataclass(frozen=True)
+class Arrivals:
+    """First arrivals of n pulses at one microphone; NaN where nothing was heard."""
+
+    delay: Float[np.ndarray, "n"]
+    """Since the emission [s]."""
+    amplitude: Float[np.ndarray, "n"]
+    """Of the steady tone that the burst would become, in the wire's units."""
+    noise: float
+    """Amplitude of noise on the same scale (parameter of its Rayleigh distribution)."""
+
+
+class ArrivalDetector:
+    """Finds first arrivals in the blocks of any number of wires.
+
+    Args:
+        options: which detector.
+        speed: of sound [m/s].
+        reference: amplitude of the direct sound on the axis at 1 m, in the wire's units.
+        length: samples of a block, margins included.
+    """
+
+    def __init__(
+        self, options: DetectorOptions, *, speed: float, reference: float, length: int
+    ) -> None:
+        self.splitter = BandSplitter(length, options.transducer)
+        self._options, self._speed, self._reference = options, speed, reference
+        self._offset, self._gain = 0.0, 1.0
+        self._offset, self._gain = self._calibrated()
+
+    @property
+    def offset(self) -> float:
+        """Time from the beginning of a nominal burst to what the detector marks [s]."""
+        return self._offset
+
+    def _calibrated(self) -> tuple[float, float]:
+        """Mark and gain of a burst of unit amplitude, by detecting one without noise."""
+        time = (np.arange(_SEEN_SAMPLES) - _SEEN_SAMPLES // 2) / (8 * SOUND_RATE_HZ)
+        wave = envelope(time, self._options.transducer) * np.exp(2j * np.pi * CARRIER_HZ * time)
+        bands = BandSplitter(_SEEN_SAMPLES, self._options.transducer).split(wave.real * 1e3)
+        sound = self._heard(bands.sound, bands.matched)
+        at = np.array([_SEEN_SAMPLES / 16])
+        peak = int(np.argmax(np.abs(sound)))
+        mark, amplitude = self._mark(sound, np.array([peak]))
+        return float((mark - at)[0] / SOUND_RATE_HZ), float(amplitude[0]) / 1e3
+
+    def _heard(self, narrow: np.ndarray, matched: np.ndarray) -> np.ndarray:
+        return matched if self._options.detector == "matched" else narrow
+
+    def detect(
+        self,
+        narrow: Complex[np.ndarray, "s"],
+        matched: Complex[np.ndarray, "s"],
+        emission: Float[np.ndarray, "n"],
+    ) -> Arrivals:
+        """First arrivals in one block of one wire.
+
+        Args:
+            narrow: see `Bands.sound`.
+            matched: see `Bands.matched`.
+            emission: times of the pulses since the block's first sample [s].
+        """
+        sound = self._heard(narrow, matched)
+        inner = MARGIN // SOUND_STEP
+        noise = float(np.median(np.abs(sound[inner:-inner]))) / np.sqrt(np.log(4.0))
+        start = emission * SOUND_RATE_HZ + self._offset * SOUND_RATE_HZ
+        index, found = self._first(sound, start, noise)
+        mark, amplitude = self._mark(sound, index)
+        delay = mark / SOUND_RATE_HZ - self._offset - emission
+        lost = ~found
+        delay[lost], amplitude[lost] = np.nan, np.nan
+        return Arrivals(delay, amplitude / self._gain, noise / self._gain)
+
+    def _first(
+        self, sound: np.ndarray, start: Float[np.ndarray, "n"], noise: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Index of the chosen peak of each slot, and whether there is one."""
+        opts = self._options
+        late = 0.0 if opts.detector == "matched" else 3.0  # the peak behind the steepest rise
+        first, last = (np.array([opts.nearest_m, opts.farthest_m]) / self._speed) * SOUND_RATE_HZ
+        begin = np.floor(start + first).astype(np.int64)
+        window = begin[:, None] + np.arange(int(np.ceil(last - first + late)) + 2)
+        level = np.abs(sound[np.clip(window, 0, len(sound) - 1)])
+        middle = level[:, 1:-1]
+        floor = np.maximum(opts.gate * noise, opts.share * middle.max(axis=1))
+        peaks = (middle >= level[:, :-2]) & (middle > level[:, 2:]) & (middle > floor[:, None])
+        way = np.maximum(window[:, 1:-1] - start[:, None] - late, 1.0) * self._speed / SOUND_RATE_HZ
+        loud = peaks & ((middle * way / (self._gain * self._reference)) ** 2 > opts.faint)
+        chosen = np.where(loud.any(axis=1), loud.argmax(axis=1), peaks.argmax(axis=1))
+        return window[np.arange(len(window)), chosen + 1], peaks.any(axis=1)
+
+    def _mark(self, sound: np.ndarray, peak: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Fractional index of the mark of each peak, and the peak's amplitude."""
+        peak = np.clip(peak, _TAPS + _RISE, len(sound) - _TAPS - 3)
+        if self._options.detector == "matched":
+            level = np.abs(_between(sound, peak - 1, 2))
+            at, top = _vertex(level)
+            return peak - 1 + at / _STEPS, top
+        power = np.abs(_between(sound, peak - _RISE, _RISE + 1)) ** 2
+        steepest, _ = _vertex(np.diff(power, axis=1))
+        return peak - _RISE + (steepest + 0.5) / _STEPS, np.sqrt(power.max(axis=1))
+
+
+def _kernel() -> np.ndarray:
+    """Weights of samples -12 ... 13 for points 0, 1/32, ..., 31/32 of a sample further."""
+    point = np.arange(_STEPS)[:, None] / _STEPS
+    distance = point - np.arange(-_TAPS, _TAPS + 2)
+    edge = np.clip(distance / (_TAPS + 1.5), -1.0, 1.0)
+    return np.sinc(distance) * np.i0(8.0 * np.sqrt(1.0 - edge**2)) / np.i0(8.0)
+
+
+_KERNEL = _kernel()
+
+
+def _between(
+    sound: Complex[np.ndarray, "s"], start: np.ndarray, count: int
+) -> Complex[np.ndarray, "n f"]:
+    """Values at 32 points a sample over `count` samples from each start on."""
+    taps = np.arange(-_TAPS, _TAPS + 2)
+    at = start[:, None, None] + np.arange(count)[:, None] + taps
+    return (sound[at] @ _KERNEL.T).reshape(len(start), count * _STEPS)
+
+
+def _vertex(values: Float[np.ndarray, "n f"]) -> tuple[np.ndarray, np.ndarray]:
+    """Fractional index and value of each row's largest, by a parabola through its neighbours."""
+    best = np.clip(values.argmax(axis=1), 1, values.shape[1] - 2)
+    rows = np.arange(len(values))
+    before, here, after = (values[rows, best + k] for k in (-1, 0, 1))
+    bend = before - 2.0 * here + after
+    shift = np.where(bend < 0, 0.5 * (before - after) / np.where(bend < 0, bend, 1.0), 0.0)
+    shift = np.clip(shift, -1.0, 1.0)
+    return best + shift, here - 0.25 * (before - after) * shift

@@ -1,0 +1,77 @@
+"""Arrivals at all microphones to distances with confidences."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from mocap_jax.signals.ultrasonic.air import absorption, temperature
+from mocap_jax.signals.ultrasonic.burst import CARRIER_HZ
+from mocap_jax.signals.ultrasonic.confidence import continuity_confidence, signal_confidence
+
+
+@dataclass(frozen=True)
+class DetectionFigures:
+    """Thresholds of w_s and w_t; see `confidence`. Amplitudes are relative to the reference."""
+
+    noise: float = 0.02
+    """Noise amplitude, where the wire's own is not given."""
+    gate: float = 4.0
+    """Noise amplitudes that a peak must exceed."""
+    strength_threshold: float = 0.08
+    """Normalised power above which w_s is 1."""
+    strength_scale: float = 0.03
+    """Width of the fall of w_s below the threshold, as a share of it."""
+    closing_speed: float = 3.0
+    """Change of distance that w_t takes for continuous [m/s]."""
+    jump_scale: float = 0.3
+    """Jump beyond that at which w_t reaches 0 [m]."""
+    memory_s: float = 0.2
+    """Older distances say nothing about continuity [s]."""
+
+
+@dataclass(frozen=True)
+class Distances:
+    """Of n pulses and r microphones; NaN and confidence 0 where nothing was heard."""
+
+    distance: Float[np.ndarray, "n r"]
+    """[m]"""
+    confidence: Float[np.ndarray, "n r"]
+
+
+def measure(
+    time: Float[np.ndarray, "n"],
+    source: np.ndarray,
+    delay: Float[np.ndarray, "n r"],
+    amplitude: Float[np.ndarray, "n r"],
+    speed: Float[np.ndarray, "n"],
+    offset: Float[np.ndarray, "s"],
+    figures: DetectionFigures | None = None,
+    *,
+    farthest: float = 2.75,
+) -> Distances:
+    """Distances and their confidences w_s w_t.
+
+    Args:
+        time: of emission [s].
+        source: index of each pulse's source.
+        delay: times of flight, NaN where nothing was heard [s].
+        amplitude: relative to the direct sound on the axis at 1 m.
+        speed: of sound, at each pulse [m/s].
+        offset: calibrated excess of each source's distances [m].
+        figures: thresholds.
+        farthest: longer distances are not believed [m].
+    """
+    figures = DetectionFigures() if figures is None else figures
+    distance = speed[:, None] * delay - offset[source][:, None]
+    distance[~((distance > 0) & (distance <= farthest))] = np.nan
+    heard = np.isfinite(distance)
+    # What air absorbs is made up for, so that far sources are not taken for hidden ones.
+    loss = float(absorption(CARRIER_HZ, float(temperature(speed.mean())))) if speed.size else 0.0
+    way = np.where(heard, distance, 0.0)
+    level = np.where(heard, amplitude, 0.0)
+    strength = signal_confidence(level * 10.0 ** (loss * (way - 1.0) / 20.0), way, figures)
+    continuity = continuity_confidence(time, source, way, strength, figures)
+    return Distances(distance, np.where(heard, strength * continuity, 0.0))

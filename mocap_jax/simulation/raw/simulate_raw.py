@@ -1,0 +1,184 @@
+"""`simulate_raw`: a known motion to the driver box's recording, in bounded memory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jax import device_put
+from jaxtyping import Float, Int16
+
+from mocap_jax.errors import InputError
+from mocap_jax.motion import Motion
+from mocap_jax.recording import DriverBox, Recording, TemperatureStream
+from mocap_jax.signals.telemetry.converter import ConverterScales
+from mocap_jax.signals.telemetry.frame import FRAME_RATE_HZ
+from mocap_jax.signals.ultrasonic.air import temperature
+from mocap_jax.simulation.flight import trace
+from mocap_jax.simulation.inertial import sample_inertial, sample_times
+from mocap_jax.simulation.options import SimulationOptions
+from mocap_jax.simulation.profiles import Profile, profile_named
+from mocap_jax.simulation.random_streams import stream
+from mocap_jax.simulation.ranging import offset_parameters, true_offsets, true_speed
+from mocap_jax.simulation.raw.boards import Board, make_board
+from mocap_jax.simulation.raw.noise import WireNoise
+from mocap_jax.simulation.raw.options import RawOptions
+from mocap_jax.simulation.raw.paths import trace_paths
+from mocap_jax.simulation.raw.sound import SoundField
+from mocap_jax.simulation.raw.transducer import SAMPLE_RATE_HZ
+from mocap_jax.simulation.root_pose import sample_root
+from mocap_jax.simulation.stage import Stage, declared_setup, set_stage
+from mocap_jax.simulation.suit import Suit
+
+_QUALITY = 20.0
+
+
+@dataclass(frozen=True)
+class RawSimulation:
+    """What the driver box recorded, its samples made as they are asked for."""
+
+    recording: Recording
+    """All but the measurements on the wires: set-up, body, root, temperature, truth."""
+    sample_rate_hz: float
+    wires: tuple[str, ...]
+    """Names of the boards."""
+    pulse_time: Float[np.ndarray, "n"]
+    """Of emission [s]."""
+    pulse_source: np.ndarray
+    """Index into the set-up's sources, shape (n,)."""
+    distance: Float[np.ndarray, "n r"]
+    """True ones, from emission to arrival [m]."""
+    visible: np.ndarray
+    """Whether the direct way is free and in front of the source, shape (n, r)."""
+    boards: tuple[Board, ...]
+    _field: SoundField
+    _options: RawOptions
+    _ambient: float
+    _seed: int
+    duration: float
+    """[s]"""
+
+    @property
+    def box(self) -> DriverBox:
+        """Figures that decoding needs, as declared."""
+        return DriverBox(reference=self._options.reference)
+
+    @property
+    def pieces(self) -> int:
+        """Number of chunks."""
+        size = round(self._options.chunk_s * SAMPLE_RATE_HZ)
+        return -(-int(self.duration * SAMPLE_RATE_HZ) // size)
+
+    def chunks(self) -> Iterator[tuple[int, Int16[np.ndarray, "r count"]]]:
+        """Index of the first sample, and the samples of all wires."""
+        size = round(self._options.chunk_s * SAMPLE_RATE_HZ)
+        total = int(self.duration * SAMPLE_RATE_HZ)
+        opts = self._options
+        noise = WireNoise(
+            self._ambient * opts.reference, opts.converter_noise, opts.interference,
+            len(self.wires), stream(self._seed, "raw_noise"),
+        )  # fmt: skip
+        for first in range(0, total, size):
+            count = min(size, total - first)
+            wire = opts.reference * self._field.samples(first, count)
+            wire += noise.samples(first, count)
+            for r, board in enumerate(self.boards):
+                wire[r] += opts.telemetry * board.volts(first, count)
+            yield first, np.clip(np.rint(wire), -32768, 32767).astype(np.int16)
+
+
+def simulate_raw(
+    motion: Motion,
+    *,
+    profile: str | Profile = "paper",
+    seed: int = 0,
+    suit: Suit | None = None,
+    options: SimulationOptions | None = None,
+    raw: RawOptions | None = None,
+) -> RawSimulation:
+    """Simulate the wires of a suit while a body performs a known motion.
+
+    Bodies, motion, occlusion, speed of sound, offsets and the sensors' own errors are those of
+    `simulate` with the same seed. What only radio-connected boards suffer (lost samples, clock
+    offsets) does not happen on wires.
+
+    Args:
+        motion: clip and body, with a free root.
+        profile: `ideal` (direct sound only), `paper`, `field`, or one of your own.
+        seed: of all randomness.
+        suit: boards and sources; default the standard suit fitted to the body.
+        options: durations, rates, cut-off.
+        raw: levels on the wires, and the room.
+
+    Raises:
+        InputError: as `simulate`; a suit without sources; boards of another frame rate.
+    """
+    options = SimulationOptions() if options is None else options
+    raw = RawOptions() if raw is None else raw
+    errs = profile if isinstance(profile, Profile) else profile_named(profile)
+    if options.inertial_rate_hz != FRAME_RATE_HZ:
+        raise InputError(
+            f"inertial_rate_hz {options.inertial_rate_hz:g}: telemetry has {FRAME_RATE_HZ:g} Hz"
+        )
+    stage = set_stage(motion, errs, seed, suit, options)
+    if not stage.suit.sources:
+        raise InputError("the suit has no ultrasonic sources; a raw recording needs at least one")
+    time = sample_times(stage.duration, options.inertial_rate_hz)
+    exact = replace(errs, white=False, loss=0.0, clock_offset=0.0)
+    means, more = sample_inertial(stage.rig, stage.spline, stage.boards, time, exact, seed)
+    scales = ConverterScales()
+    boards = tuple(
+        make_board(name, means[name], stage.duration, errs, scales, raw.clock_ppm, seed)
+        for name in stage.boards
+    )
+    return _assembled(motion, stage, errs, options, raw, seed, boards, more)
+
+
+def _assembled(
+    motion: Motion,
+    stage: Stage,
+    errs: Profile,
+    options: SimulationOptions,
+    raw: RawOptions,
+    seed: int,
+    boards: tuple[Board, ...],
+    parameters: dict[str, np.ndarray],
+) -> RawSimulation:
+    speed, offset = true_speed(errs, options, seed), true_offsets(stage.suit, errs, seed)
+    # As in the direct simulation, the last pulse arrives before the motion ends.
+    end = stage.spline.end - options.max_range_m / speed - options.pulse_interval_s
+    flights, emissions = trace(
+        stage.rig, stage.spline, end=end, pulse_interval=options.pulse_interval_s,
+        speed_of_sound=speed,
+    )  # fmt: skip
+    paths = trace_paths(stage.rig, stage.spline, flights, emissions, errs, raw, speed, seed)
+    detuned = raw.detune_hz * stream(seed, "raw_resonance").standard_normal(len(offset))
+    field = SoundField(
+        flights.time, flights.source, paths, speed, offset / options.speed_of_sound,
+        [(40_000.0 + d, _QUALITY) for d in detuned],
+    )  # fmt: skip
+    time = sample_times(stage.duration, options.inertial_rate_hz)
+    parameters = parameters | offset_parameters(stage.suit, offset)
+    truth, q = stage.truth(time, parameters | {"speed_of_sound": np.array(speed)})
+    setup = declared_setup(motion, stage.suit, stage.performance, errs, options, seed)
+    # The thermometer's error is what makes the declared speed of sound wrong.
+    air = np.arange(0.0, stage.duration, 1.0)
+    celsius = float(temperature(options.speed_of_sound))
+    recording = Recording(
+        inertial={},
+        ranges=None,
+        root=sample_root(time, q, errs, seed),
+        magnetic={},
+        temperature=TemperatureStream(device_put(air), device_put(np.full(len(air), celsius))),
+        truth=truth,
+        setup=setup,
+        body_xml=stage.nominal.xml,
+        start_utc_ns=options.start_utc_ns,
+        subject=motion.name,
+    )
+    return RawSimulation(
+        recording, SAMPLE_RATE_HZ, stage.boards, flights.time, flights.source, flights.distance,
+        ~flights.occluded & (flights.cosine > 0), boards, field, raw,
+        errs.hearing.noise if errs.detector else 0.0, seed, stage.duration,
+    )  # fmt: skip
