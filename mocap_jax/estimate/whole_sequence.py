@@ -134,6 +134,8 @@ def _orientation_pass(
         )
     meanwhile()
     if options.pose_prior is not None and "O" in kinds and _measures_orientation(recording):
+        if options.root == "free":  # not even the start may know where the root was
+            recording = dataclasses.replace(recording, root=None)
         return orientation_pass(
             recording, body, start=declared_pose(recording.setup.rest, body), progress=progress,
             options=OrientationPassOptions(

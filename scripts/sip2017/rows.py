@@ -34,6 +34,7 @@ def estimate(
     row: str, recording: mj.Recording, sensors: tuple[str, ...], prior: mj.PosePrior, seed: int
 ) -> mj.Solution:
     """The estimate of one row."""
+    recording = dataclasses.replace(recording, root=None)  # nobody measures where the root is
     on, body = worn(recording, _body(row, recording, seed), sensors)
     options = dataclasses.replace(mj.sparse_options(prior), root="free", covariance=False)
     if row == "EKF":
