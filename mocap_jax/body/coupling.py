@@ -16,6 +16,7 @@ import jax.numpy as jnp
 from jax import Array
 from jaxtyping import Float
 
+from mocap_jax.body.mjcf_text import numbers
 from mocap_jax.body.model import Body
 from mocap_jax.body.piecewise import Piecewise
 
@@ -57,7 +58,7 @@ def coupling_elements(coupling: Coupling) -> list[ElementTree.Element]:
     # Numbers: of pieces, of coefficients a piece, breaks, origins, coefficients.
     data = [len(f.origins), len(f.coefficients[0]), *f.breaks, *f.origins]
     data += [c for row in f.coefficients for c in row]
-    text = " ".join(repr(float(x)) for x in data)
+    text = numbers(data)
     return [
         ElementTree.Element("text", name=name, data=coupling.leader),
         ElementTree.Element("numeric", name=name, data=text),

@@ -8,6 +8,7 @@ import numpy as np
 
 from mocap_jax import so3
 from mocap_jax.body import Body, load_body
+from mocap_jax.body.mjcf_text import numbers
 from mocap_jax.errors import InputError
 from mocap_jax.io.convert import SegmentPoses
 from mocap_jax.recording import Truth
@@ -50,9 +51,7 @@ def mvn_body(poses: SegmentPoses | None, where: str) -> Body:
         parent = PARENTS.get(name)
         offset = place[name] - (place[parent] if parent else 0.0)
         above = elements[parent] if parent else world
-        element = ElementTree.SubElement(
-            above, "body", name=name, pos=" ".join(repr(float(x)) for x in offset)
-        )
+        element = ElementTree.SubElement(above, "body", name=name, pos=numbers(offset))
         if parent:
             ElementTree.SubElement(element, "joint", name=name, type="ball")
         else:

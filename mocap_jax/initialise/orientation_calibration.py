@@ -21,6 +21,7 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from mocap_jax.body import Body, frames, load_body
+from mocap_jax.body.mjcf_text import numbers
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.recording import InertialStream, Recording, SensorSpec
 
@@ -189,10 +190,6 @@ def _with_sites(
         if segment not in elements:
             raise InputError(f"segment '{segment}' has no name in the model's text")
         ElementTree.SubElement(
-            elements[segment], "site", name=sensor, pos=_numbers(position), quat=_numbers(quat)
+            elements[segment], "site", name=sensor, pos=numbers(position), quat=numbers(quat)
         )
     return load_body(ElementTree.tostring(tree, encoding="unicode"))
-
-
-def _numbers(values: np.ndarray) -> str:
-    return " ".join(repr(float(v)) for v in values)

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import minimize_scalar
 
 from mocap_jax import so3
 
@@ -32,6 +31,8 @@ def heading_free_error(
     The world-frame error is split into a turn about the vertical after one about a horizontal axis;
     NaN where the reference is.
     """
+    from scipy.optimize import minimize_scalar  # slow to import, and seldom needed
+
     error = np.asarray(so3.quat_multiply(estimate, so3.quat_conjugate(reference)))
     known = np.isfinite(error).all(axis=1)
     upright = np.hypot(error[:, 0], error[:, 3])

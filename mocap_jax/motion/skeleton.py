@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from mocap_jax.body import Body, load_body
+from mocap_jax.body.mjcf_text import numbers
 
 # Rotation from the files' axes (X left, Y up, Z forward) to ours (X forward, Y left, Z up).
 R_WORLD_FILE = Rotation.from_matrix([[0, 0, 1], [1, 0, 0], [0, 1, 0]])
@@ -115,7 +116,7 @@ def skeleton_mjcf(skeleton: Skeleton, shapes: Shapes) -> str:
         position = bone.position + (lift if bone.parent is None else 0.0)
         element = ElementTree.SubElement(
             elements[bone.parent or ""], "body", name=bone.name,
-            pos=_numbers(position), quat=_numbers(bone.rotation.as_quat(scalar_first=True)),
+            pos=numbers(position), quat=numbers(bone.rotation.as_quat(scalar_first=True)),
         )  # fmt: skip
         elements[bone.name] = element
         _add_inertia(element, bone)
@@ -130,8 +131,8 @@ def skeleton_mjcf(skeleton: Skeleton, shapes: Shapes) -> str:
 def _add_inertia(element: ElementTree.Element, bone: Bone) -> None:
     if bone.inertia is not None:
         ElementTree.SubElement(
-            element, "inertial", pos=_numbers(bone.inertia.centre),
-            mass=_numbers([bone.inertia.mass]), diaginertia=_numbers(bone.inertia.moments),
+            element, "inertial", pos=numbers(bone.inertia.centre),
+            mass=numbers([bone.inertia.mass]), diaginertia=numbers(bone.inertia.moments),
         )  # fmt: skip
 
 
@@ -139,7 +140,7 @@ def _add_tips(mujoco: ElementTree.Element, skeleton: Skeleton) -> None:
     tips = {bone.name: bone.tip for bone in skeleton.bones if bone.tip is not None}
     custom = ElementTree.SubElement(mujoco, "custom") if tips else mujoco
     for name, tip in tips.items():
-        ElementTree.SubElement(custom, "numeric", name=TIP_PREFIX + name, data=_numbers(tip))
+        ElementTree.SubElement(custom, "numeric", name=TIP_PREFIX + name, data=numbers(tip))
 
 
 def _add_joints(element: ElementTree.Element, bone: Bone) -> None:
@@ -151,21 +152,21 @@ def _add_joints(element: ElementTree.Element, bone: Bone) -> None:
             node.set("type", "ball")
         else:
             node.set("type", "hinge")
-            node.set("axis", _numbers(joint.axis))
+            node.set("axis", numbers(joint.axis))
         if joint.range is not None:
-            node.set("range", _numbers(joint.range))
+            node.set("range", numbers(joint.range))
 
 
 def _add_capsule(element: ElementTree.Element, name: str, capsule: Capsule) -> None:
     node = ElementTree.SubElement(element, "geom", name=name)
     if np.linalg.norm(capsule.end - capsule.start) > 1e-3:
-        node.set("fromto", _numbers([*capsule.start, *capsule.end]))
+        node.set("fromto", numbers([*capsule.start, *capsule.end]))
     else:
         node.set("type", "sphere")
-        node.set("pos", _numbers(capsule.start))
-    node.set("size", _numbers([capsule.radius]))
+        node.set("pos", numbers(capsule.start))
+    node.set("size", numbers([capsule.radius]))
     if capsule.mass is not None:
-        node.set("mass", _numbers([capsule.mass]))
+        node.set("mass", numbers([capsule.mass]))
 
 
 def _lowest_point(skeleton: Skeleton, shapes: Shapes) -> float:
@@ -176,8 +177,3 @@ def _lowest_point(skeleton: Skeleton, shapes: Shapes) -> float:
         for point in (capsule.start, capsule.end)
     ]
     return float(min(heights))
-
-
-def _numbers(values: Iterable[float]) -> str:
-    """Shortest text that reads back as the same doubles."""
-    return " ".join(repr(float(v) + 0.0) for v in values)

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from mocap_jax.errors import InputError
-from mocap_jax.io.atomic import atomic_file
 from mocap_jax.pose_prior.prior import PosePrior
 
 _NEEDED = ("joints", "mean", "covariance", "correlation_time")
@@ -18,6 +17,8 @@ _DIGITS = 7
 
 def save_pose_prior(path: str | os.PathLike[str], prior: PosePrior) -> None:
     """Write a prior, whole or not at all."""
+    from mocap_jax.io.atomic import atomic_file  # all of `io` comes with it
+
     document: dict[str, object] = {
         "name": prior.name,
         "provenance": prior.provenance,

@@ -9,15 +9,18 @@ much about what upright is).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from mocap_jax.errors import InputError
-from mocap_jax.motion.motion import Motion
 from mocap_jax.pose_prior.prior import PosePrior
 from mocap_jax.pose_prior.rotations import anatomical_joint_rotations
+
+if TYPE_CHECKING:
+    from mocap_jax.motion.motion import Motion
 
 _TRUNK = (("L5", "Pelvis"), ("T8", "Pelvis"), ("Neck", "T8"), ("Head", "T8"))
 _SIDED = (

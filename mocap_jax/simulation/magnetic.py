@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Float
-from scipy.signal import lfilter
 
 from mocap_jax.recording import MagneticStream
+from mocap_jax.simulation.gauss_markov import gauss_markov
 from mocap_jax.simulation.profiles import Profile
 from mocap_jax.simulation.random_streams import stream
 from mocap_jax.simulation.rig import Rig, site_rotations
@@ -58,7 +58,7 @@ def sample_magnetic(
     for i, board in enumerate(boards):
         rng = stream(seed, f"magnetic/{board}")
         hard_iron = profile.magnetic_bias * rng.standard_normal(3)
-        disturbance = _slow(time, profile, rng)
+        disturbance = gauss_markov(time, profile.magnetic_disturbance, profile.magnetic_time, rng)
         there = np.asarray(field) + disturbance
         reading = np.einsum("nji,nj->ni", rotation[:, i], there) + hard_iron
         if profile.white:
@@ -67,13 +67,3 @@ def sample_magnetic(
         parameters[f"hard_iron/{board}"] = hard_iron
         parameters[f"magnetic_disturbance/{board}"] = disturbance
     return streams, parameters
-
-
-def _slow(
-    time: Float[np.ndarray, "n"], profile: Profile, rng: np.random.Generator
-) -> Float[np.ndarray, "n 3"]:
-    """Gauss-Markov process of the field's disturbance along the board's path [T]."""
-    kept = np.exp(-(time[1] - time[0]) / profile.magnetic_time)
-    drive = rng.standard_normal((len(time), 3))
-    drive[1:] *= np.sqrt(1 - kept**2)
-    return profile.magnetic_disturbance * lfilter([1.0], [1.0, -kept], drive, axis=0)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from xml.etree import ElementTree
 
 import numpy as np
 
 from mocap_jax.body import Body, load_body
+from mocap_jax.body.mjcf_text import numbers
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.motion import xsens_name
 from mocap_jax.simulation.suit import SOURCE_PREFIX, Mounting, Suit
@@ -61,11 +61,6 @@ def body_elements(tree: ElementTree.Element) -> dict[str, ElementTree.Element]:
     world = tree.find("worldbody")
     found = [] if world is None else world.iter("body")
     return {e.get("name", f"body{i + 1}"): e for i, e in enumerate(found)}
-
-
-def numbers(values: Iterable[float]) -> str:
-    """Shortest text that reads back as the same doubles."""
-    return " ".join(repr(float(v)) for v in values)
 
 
 def _segment_elements(

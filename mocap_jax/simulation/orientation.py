@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Float
-from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
+from mocap_jax.simulation.gauss_markov import gauss_markov
 from mocap_jax.simulation.profiles import Profile
 from mocap_jax.simulation.random_streams import stream
 from mocap_jax.simulation.rig import Rig, site_rotations
@@ -39,9 +39,11 @@ def sample_orientations(
         `orientation_error/<board>` of shape (n, 3).
     """
     exact = site_rotations(rig, spline, np.clip(time, spline.start, spline.end))
+    deviation = np.array([profile.orientation_tilt] * 2 + [profile.orientation_heading])
     orientations, parameters = {}, {}
     for i, board in enumerate(boards):
-        slow = _slow_error(time, profile, stream(seed, f"orientation_error/{board}"))
+        rng = stream(seed, f"orientation_error/{board}")
+        slow = gauss_markov(time, deviation, profile.orientation_time, rng)
         measured = Rotation.from_rotvec(slow) * Rotation.from_matrix(exact[:, i])
         if profile.white:
             noise = stream(seed, f"orientation_noise/{board}").standard_normal((len(time), 3))
@@ -49,14 +51,3 @@ def sample_orientations(
         orientations[board] = measured.as_quat(scalar_first=True)
         parameters[f"orientation_error/{board}"] = slow
     return orientations, parameters
-
-
-def _slow_error(
-    time: Float[np.ndarray, "n"], profile: Profile, rng: np.random.Generator
-) -> Float[np.ndarray, "n 3"]:
-    """Stationary from the first sample on, per axis of the world (Z is up)."""
-    deviation = np.array([profile.orientation_tilt] * 2 + [profile.orientation_heading])
-    kept = np.exp(-(time[1] - time[0]) / profile.orientation_time)
-    drive = rng.standard_normal((len(time), 3))
-    drive[1:] *= np.sqrt(1 - kept**2)
-    return deviation * lfilter([1.0], [1.0, -kept], drive, axis=0)

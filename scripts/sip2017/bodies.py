@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 import mocap_jax as mj
+from mocap_jax.body.mjcf_text import numbers
 from mocap_jax.initialise import calibrate_to_pose, declared_pose
 from mocap_jax.motion import Motion
 from mocap_jax.simulation import named_suit
@@ -49,7 +50,7 @@ def manual_body(recording: mj.Recording, seed: int) -> mj.Body:
         if name != "Pelvis" and element.find("joint") is not None:
             place = np.array([float(x) for x in str(element.get("pos")).split()])
             moved = place + JOINT_CENTRE_ERROR * rng.standard_normal(3)
-            element.set("pos", " ".join(repr(float(x)) for x in moved))
+            element.set("pos", numbers(moved))
     return mj.load_body(ElementTree.tostring(tree, encoding="unicode"))
 
 
@@ -60,7 +61,7 @@ def scaled_body(recording: mj.Recording, factor: float) -> mj.Body:
         for key in ("pos", "fromto", "size"):
             text = element.get(key)
             if element.tag in ("body", "geom", "site", "joint", "inertial") and text:
-                element.set(key, " ".join(repr(factor * float(x)) for x in text.split()))
+                element.set(key, numbers(factor * float(x) for x in text.split()))
     return mj.load_body(ElementTree.tostring(tree, encoding="unicode"))
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
+from mocap_jax.body.mjcf_text import numbers
 from mocap_jax.body.opensim.coordinates import Known
 from mocap_jax.body.opensim.layout import leading_axis
 from mocap_jax.body.opensim.model import GROUND, OsimJoint, TransformAxis
@@ -120,7 +121,7 @@ def cardan_elements(joint: CardanJoint) -> list[ElementTree.Element]:
         [quats[0], joint.p_parent_frame, quats[1], joint.p_child_frame,
          joint.axes.ravel(), joint.lines.ravel()]
     )  # fmt: skip
-    text = " ".join(repr(float(x)) for x in data)
+    text = numbers(data)
     return [
         ElementTree.Element("text", name=name, data=" ".join(joint.coordinates)),
         ElementTree.Element("numeric", name=name, data=text),

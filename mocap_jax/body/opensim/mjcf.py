@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
@@ -11,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from mocap_jax.body.coupling import coupling_elements
+from mocap_jax.body.mjcf_text import numbers
 from mocap_jax.body.opensim.cardan import CardanJoint, cardan_elements, cardan_joint
 from mocap_jax.body.opensim.coordinates import Known, known_coordinates
 from mocap_jax.body.opensim.document import read_osim
@@ -177,8 +177,3 @@ def _add_inertia(element: Element, body: OsimBody) -> None:
 
 def _quaternion(rotation: Rotation) -> str:
     return numbers(rotation.as_quat(scalar_first=True))
-
-
-def numbers(values: Iterable[float]) -> str:
-    """Shortest text that reads back as the same doubles."""
-    return " ".join(repr(float(v) + 0.0) for v in values)

@@ -6,6 +6,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
+from mocap_jax.body.mjcf_text import numbers
 from mocap_jax.body.opensim.model import GROUND, OsimJoint, OsimModel
 
 _DENSITY = 1000.0
@@ -32,5 +33,5 @@ def add_shapes(elements: dict[str, Element], model: OsimModel, joints: list[Osim
         for i, (s, e) in enumerate(bones):
             SubElement(
                 elements[name], "geom", name=f"{name}/{i}", size=repr(radius),
-                fromto=" ".join(repr(float(x) + 0.0) for x in (*s, *e)),
+                fromto=numbers((*s, *e)),
             )  # fmt: skip

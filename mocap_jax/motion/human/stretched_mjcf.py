@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from xml.etree import ElementTree
 
 import numpy as np
 from jaxtyping import Float
 
+from mocap_jax.body.mjcf_text import numbers
 from mocap_jax.motion.skeleton import TIP_PREFIX
 
 
@@ -37,7 +38,7 @@ def stretched_mjcf(
     for element in tree.iter("body"):
         if element.get("name") == root:
             position = _read(element, "pos") if element.get("pos") else np.zeros(3)
-            element.set("pos", _text(position + [0.0, 0.0, lift]))
+            element.set("pos", numbers(position + [0.0, 0.0, lift]))
     return ElementTree.tostring(tree, encoding="unicode")
 
 
@@ -50,18 +51,13 @@ def _stretch_segment(element: ElementTree.Element, factor: Float[np.ndarray, "3"
         if child.tag == "inertial" and child.get("diaginertia"):
             moments = _read(child, "diaginertia")
             spread = (moments.sum() / 2 - moments) * factor**2  # mass times mean square distance
-            child.set("diaginertia", _text(spread.sum() - spread))
+            child.set("diaginertia", numbers(spread.sum() - spread))
 
 
 def _multiply(element: ElementTree.Element, name: str, factor: np.ndarray) -> None:
     if element.get(name):
-        element.set(name, _text(_read(element, name) * factor))
+        element.set(name, numbers(_read(element, name) * factor))
 
 
 def _read(element: ElementTree.Element, name: str) -> np.ndarray:
     return np.array([float(x) for x in element.get(name, "").split()])
-
-
-def _text(values: Iterable[float]) -> str:
-    """Shortest text that reads back as the same doubles."""
-    return " ".join(repr(float(v) + 0.0) for v in values)
