@@ -6,8 +6,6 @@ import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-import numpy as np
-
 from mocap_jax.cli.exit_codes import UsageError
 
 if TYPE_CHECKING:
@@ -103,10 +101,9 @@ def solve(
 
 
 def _require_orientations(recording: Recording) -> None:
-    measured = any(
-        np.isfinite(np.asarray(board.orientation)).any() for board in recording.inertial.values()
-    )
-    if not measured:
+    from mocap_jax.estimate.inputs import measures_orientation
+
+    if not measures_orientation(recording):
         raise UsageError(
             "--method orientation: the recording has no measured orientations; valid: optimise, ekf"
         )

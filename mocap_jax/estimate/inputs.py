@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from mocap_jax.body import Body, load_body
 from mocap_jax.errors import InputError
 from mocap_jax.recording import Recording
@@ -29,6 +31,12 @@ def uses_root(recording: Recording, root: str) -> bool:
     if root == "given" and recording.root is None:
         raise InputError("root='given': the recording has no measured root (valid: auto, free)")
     return root != "free" and recording.root is not None
+
+
+def measures_orientation(recording: Recording) -> bool:
+    """Whether any board reports its orientation."""
+    boards = recording.inertial.values()
+    return any(np.isfinite(np.asarray(board.orientation)).any() for board in boards)
 
 
 def gauge_remarks(root_given: bool, *, contacts: bool = False) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ from jaxtyping import Float
 from mocap_jax.body import Body, site_frames
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.estimate.sequence.layout import UserResidual
+from mocap_jax.measurement.frame_data import site_of_sensor
 from mocap_jax.recording import MagneticStream, Recording
 from mocap_jax.residuals.magnetic import magnetic_heading_error
 from mocap_jax.residuals.robust import LossName, root_of_weight
@@ -75,14 +76,11 @@ def magnetic_heading(
     if not (sigma > 0 and correlation_time > 0):
         raise InputError("magnetic heading: sigma and correlation_time must be above 0")
     names = tuple(recording.magnetic) if sensors is None else sensors
-    site_of = {s.name: s.site for s in recording.setup.sensors}
-    known = body.topology.site_names
     for name in names:
         if name not in recording.magnetic:
             raise unknown_name("magnetic sensor", name, recording.magnetic)
-        if site_of.get(name, name) not in known:
-            raise unknown_name(f"site for sensor '{name}':", site_of.get(name, name), known)
-    sites = tuple(known.index(site_of.get(name, name)) for name in names)
+    site_of = {s.name: s.site for s in recording.setup.sensors}
+    sites = tuple(site_of_sensor(body, name, site_of) for name in names)
     time = np.asarray(time)
     share = min(1.0, float(time[1] - time[0]) / correlation_time)
     field = np.stack([_at_frames(recording.magnetic[n], time) for n in names], axis=1)

@@ -9,12 +9,11 @@ import numpy as np
 from jax import Array
 from jaxtyping import Bool, Float
 
-from mocap_jax import so3
 from mocap_jax.body import Body, Frames
 from mocap_jax.estimate.sequence.layout import Gaussian
 from mocap_jax.estimate.sequence.pose_prior_terms import between, on_body
 from mocap_jax.pose_prior import PosePrior
-from mocap_jax.residuals.pose_prior import pose_prior_rotation
+from mocap_jax.residuals.pose_prior import pose_prior_rotation, pose_prior_slopes
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +34,9 @@ class FramePrior:
         x = pose_prior_rotation(
             f.rotation[child], f.rotation[parent], own.child_frame, own.parent_mean
         )
-        frame = so3.matmul3(f.rotation[child], jnp.asarray(own.child_frame))
-        turn = so3.matmul3(so3.right_jacobian_inverse(x), jnp.swapaxes(frame, -1, -2))
-        axes = jnp.where(self.between[..., None], f.angular[None], 0.0)
-        rows = jnp.einsum("jpq,jvq->jpv", turn, axes).reshape(-1, axes.shape[1])
+        rows = pose_prior_slopes(
+            x, f.rotation[child], jnp.asarray(own.child_frame), f.angular.T, self.between
+        )
         whitening = self.sigma * own.whitening
         return whitening @ x.ravel(), whitening @ rows
 

@@ -7,15 +7,13 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future
 
-import numpy as np
-
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError, SolveError
 from mocap_jax.estimate.background import wait_for
 from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.estimate.constant_names import constants_from
 from mocap_jax.estimate.initial_guess import at_rest, first_guess, on_grid
-from mocap_jax.estimate.inputs import body_of, uses_root
+from mocap_jax.estimate.inputs import body_of, measures_orientation, uses_root
 from mocap_jax.estimate.orientation_options import OrientationPassOptions
 from mocap_jax.estimate.orientation_pass import orientation_pass
 from mocap_jax.estimate.rest_tilt import gather_with_rest
@@ -133,7 +131,7 @@ def _orientation_pass(
             "valid: ekf, ekf_smoothed"
         )
     meanwhile()
-    if options.pose_prior is not None and "O" in kinds and _measures_orientation(recording):
+    if options.pose_prior is not None and "O" in kinds and measures_orientation(recording):
         if options.root == "free":  # not even the start may know where the root was
             recording = dataclasses.replace(recording, root=None)
         return orientation_pass(
@@ -151,8 +149,3 @@ def _orientation_pass(
         constants=dataclasses.replace(options.constants, adapt=False),
     )  # fmt: skip
     return optimise(recording, body, initial=still, options=first, progress=progress)
-
-
-def _measures_orientation(recording: Recording) -> bool:
-    boards = recording.inertial.values()
-    return any(np.isfinite(np.asarray(board.orientation)).any() for board in boards)

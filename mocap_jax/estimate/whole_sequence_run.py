@@ -14,6 +14,7 @@ from mocap_jax.estimate.central_velocity import central_velocity
 from mocap_jax.estimate.constant_names import calibration, constant_places
 from mocap_jax.estimate.inputs import gauge_remarks
 from mocap_jax.estimate.observed_joints import observed_joints
+from mocap_jax.estimate.outcome_status import STATUS_OF
 from mocap_jax.estimate.rest_biases import read_in_the_hold, rest_biases
 from mocap_jax.estimate.sequence.adapt import implausible, re_estimate
 from mocap_jax.estimate.sequence.corner import constant_values
@@ -44,14 +45,6 @@ _LONG = 300
 
 # Contacts are found in the motion of a first solve, and again in that of the second.
 _CONTACT_ROUNDS = 3
-
-_STATUS = {
-    Outcome.CONVERGED: Status.CONVERGED,
-    Outcome.MAX_ITERATIONS: Status.MAX_ITERATIONS,
-    Outcome.STALLED: Status.STALLED,
-    Outcome.SINGULAR: Status.SINGULAR,
-    Outcome.DIVERGED: Status.DIVERGED,
-}
 
 
 class Run:
@@ -180,7 +173,7 @@ class Run:
         root_given: bool,
     ) -> Solution:  # fmt: skip
         state = result.state
-        status, remarks = _STATUS[result.outcome], [result.message] if result.message else []
+        status, remarks = STATUS_OF[result.outcome], [result.message] if result.message else []
         covariance, pairs, constants = None, None, None
         if status.ok:
             try:

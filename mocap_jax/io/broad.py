@@ -13,10 +13,9 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.io import loadmat
-from scipy.io.matlab import MatReadError
 
 from mocap_jax.errors import InputError
+from mocap_jax.io.matlab_trial import load_trial
 from mocap_jax.recording import InertialStream
 
 _SHAPES = {"imu_gyr": (3,), "imu_acc": (3,), "opt_quat": (4,), "movement": ()}
@@ -61,12 +60,7 @@ def read_broad(path: str | os.PathLike[str]) -> BroadTrial:
 
 
 def _load(path: Path) -> dict[str, np.ndarray]:
-    if not path.is_file():
-        raise InputError(f"{path}: no such file (expected a .mat trial of BROAD)")
-    try:
-        fields = loadmat(path, simplify_cells=True)
-    except (MatReadError, ValueError, NotImplementedError, OSError) as error:
-        raise InputError(f"{path}: not a readable MATLAB file: {error}") from error
+    fields = load_trial(path, "BROAD")
     missing = [f for f in _FIELDS if f not in fields]
     if missing:
         raise InputError(f"{path}: no trial of BROAD: lacks {missing}; it needs {list(_FIELDS)}")

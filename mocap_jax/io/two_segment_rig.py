@@ -10,15 +10,15 @@ import itertools
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.io import loadmat
-from scipy.io.matlab import MatReadError
 
 from mocap_jax import so3
 from mocap_jax.body import Body, load_body
 from mocap_jax.errors import InputError
+from mocap_jax.io.matlab_trial import load_trial
 from mocap_jax.recording import InertialStream, NoiseFigures, Recording, RestHold, SensorSpec, Setup
 
 SENSORS = ("first", "second")
@@ -99,13 +99,8 @@ def read_two_segment_rig(path: str | os.PathLike[str], *, seconds: float | None 
 
 
 def _load(path: Path) -> dict[str, np.ndarray]:
-    if not path.is_file():
-        raise InputError(f"{path}: no such file (expected a .mat trial of the two-segment rig)")
-    try:
-        content = loadmat(path, simplify_cells=True)
-    except (MatReadError, ValueError, NotImplementedError, OSError) as error:
-        raise InputError(f"{path}: not a readable MATLAB file: {error}") from error
-    data = content.get("data")
+    content = load_trial(path, "the two-segment rig")
+    data: Any = content.get("data")
     missing = [f for f in _FIELDS if not isinstance(data, dict) or f not in data]
     if missing:
         raise InputError(f"{path}: no trial of the two-segment rig: 'data' lacks {missing}")

@@ -83,7 +83,7 @@ def gather(
         raise InputError("the recording has neither inertial nor range data")
     site_of = {s.name: s.site for s in recording.setup.sensors}
     names = tuple(recording.inertial)
-    sites = tuple(_site(body, name, site_of) for name in names)
+    sites = tuple(site_of_sensor(body, name, site_of) for name in names)
     time = _grid(recording, rate_hz)
     step = float(time[1] - time[0])
     streams = [_resample_inertial(recording.inertial[n], time) for n in names]
@@ -108,7 +108,17 @@ def gather(
     )
 
 
-def _site(body: Body, name: str, site_of: dict[str, str]) -> int:
+def site_of_sensor(body: Body, name: str, site_of: dict[str, str]) -> int:
+    """Index of the site that carries a sensor.
+
+    Args:
+        body: the body.
+        name: of the sensor.
+        site_of: names of sites by sensor; a sensor not named sits on the site of its own name.
+
+    Raises:
+        InputError: the body has no such site.
+    """
     site = site_of.get(name, name)
     if site not in body.topology.site_names:
         raise unknown_name(f"site for sensor '{name}':", site, body.topology.site_names)
@@ -204,8 +214,8 @@ def _ranges(
     source, receiver = np.zeros(shape, int), np.zeros(shape, int)
     if stream is None or not len(stream.time):
         return _named(distance, weight, source, receiver, lead)
-    source_site = np.array([_site(body, n, site_of) for n in stream.source_names])
-    receiver_site = np.array([_site(body, n, site_of) for n in stream.receiver_names])
+    source_site = np.array([site_of_sensor(body, n, site_of) for n in stream.source_names])
+    receiver_site = np.array([site_of_sensor(body, n, site_of) for n in stream.receiver_names])
     position = (np.asarray(stream.time) - time[0]) / step
     frame = np.ceil(position - 1e-9).astype(int)
     usable = (frame >= 1) & (frame < len(time)) & (np.asarray(stream.confidence) > 0)

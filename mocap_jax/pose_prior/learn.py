@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from mocap_jax.errors import InputError
 from mocap_jax.pose_prior.prior import PosePrior
-from mocap_jax.pose_prior.rotations import anatomical_joint_rotations
+from mocap_jax.pose_prior.rotations import anatomical_joint_rotations, rotation_vectors
 
 if TYPE_CHECKING:
     from mocap_jax.motion.motion import Motion
@@ -111,8 +111,7 @@ def _mobility(
     total, weight = PACE_FLOOR**2 * np.eye(size), 0.0
     squares = np.zeros((size, size))
     for clip in long:
-        away = (np.swapaxes(mean, -1, -2) @ clip).reshape(-1, 3, 3)
-        x = Rotation.from_matrix(away).as_rotvec().reshape(len(clip), size)
+        x = rotation_vectors(mean, clip)
         change = x[lag:] - x[:-lag]
         squares += len(clip) ** 0.5 * (change.T @ change) / (len(change) * lag / _RATE)
         weight += len(clip) ** 0.5
@@ -149,18 +148,16 @@ def _centred(
     rotation: Float[np.ndarray, "n j 3 3"], weight: Float[np.ndarray, "n"]
 ) -> tuple[Float[np.ndarray, "j 3 3"], Float[np.ndarray, "n 3j"]]:
     """Mean rotations, about which rotation vectors have mean zero, and those vectors."""
-    n, j = rotation.shape[:2]
     U, _, V = np.linalg.svd(np.einsum("n,njab->jab", weight, rotation))
     U[..., 2] *= np.linalg.det(U @ V)[:, None]
     mean = U @ V
     for _ in range(_STEPS):
-        away = (np.swapaxes(mean, -1, -2) @ rotation).reshape(-1, 3, 3)
-        vectors = Rotation.from_matrix(away).as_rotvec().reshape(n, j, 3)
-        step = np.einsum("n,njc->jc", weight, vectors)
+        vectors = rotation_vectors(mean, rotation)
+        step = (weight @ vectors).reshape(-1, 3)
         if abs(step).max() < 1e-9:
             break
         mean = mean @ Rotation.from_rotvec(step).as_matrix()
-    return mean, vectors.reshape(n, 3 * j)
+    return mean, vectors
 
 
 def _correlation_time(clips: list[Float[np.ndarray, "t j 3 3"]]) -> float:

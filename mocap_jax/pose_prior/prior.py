@@ -10,6 +10,7 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from mocap_jax.errors import InputError
+from mocap_jax.pose_prior.rotations import rotation_vectors
 
 # Unit quaternions and symmetric matrices of a file may differ from that by this much.
 _TOLERANCE = 1e-4
@@ -84,9 +85,7 @@ class PosePrior:
     def deviations(self, rotation: Float[np.ndarray, "*b j 3 3"]) -> Float[np.ndarray, "*b 3j"]:
         """Rotation vectors [rad] from the mean to given rotations of all joints."""
         mean = Rotation.from_quat(self.mean, scalar_first=True).as_matrix()
-        away = (np.swapaxes(mean, -1, -2) @ rotation).reshape(-1, 3, 3)
-        vectors = Rotation.from_matrix(away).as_rotvec()
-        return vectors.reshape(*np.shape(rotation)[:-3], 3 * len(self.joints))
+        return rotation_vectors(mean, rotation)
 
     def mahalanobis(self, rotation: Float[np.ndarray, "*b j 3 3"]) -> Float[np.ndarray, "*b"]:
         """Squared Mahalanobis distance of poses (von Marcard 2017, eq. 18).

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
+from scipy.spatial.transform import Rotation
 
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError, unknown_name
@@ -26,6 +27,15 @@ def anatomical_joint_rotations(
     R_world_anatomical = R_world_segment @ anatomical_frames(body)
     child, parent = index.T
     return np.swapaxes(R_world_anatomical[:, parent], -1, -2) @ R_world_anatomical[:, child]
+
+
+def rotation_vectors(
+    mean: Float[np.ndarray, "j 3 3"], rotation: Float[np.ndarray, "*b j 3 3"]
+) -> Float[np.ndarray, "*b 3j"]:
+    """Rotation vectors [rad] from the mean to given rotations of all joints, laid end to end."""
+    away = np.swapaxes(mean, -1, -2) @ rotation
+    vectors = Rotation.from_matrix(away.reshape(-1, 3, 3)).as_rotvec()
+    return vectors.reshape(*away.shape[:-3], 3 * len(mean))
 
 
 def segment_pairs(body: Body, joints: Sequence[tuple[str, str]]) -> np.ndarray:

@@ -42,9 +42,9 @@ class Contacts:
         """Which points stand, as last detected."""
 
     @property
-    def loss(self) -> str:
-        """Name of the robust loss."""
-        return self._options.loss
+    def fields(self) -> dict[str, object]:
+        """Fields of `Layout`: segments of the points, and the robust loss."""
+        return {"contact_bodies": self.feet.bodies, "contact_loss": self._options.loss}
 
     @property
     def none(self) -> tuple[np.ndarray, ...]:

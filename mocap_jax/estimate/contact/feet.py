@@ -7,12 +7,11 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax import Array
 from jaxtyping import Float
 
-from mocap_jax import so3
 from mocap_jax.body import Body, frames
 from mocap_jax.errors import InputError
+from mocap_jax.solution.poses import segment_poses
 
 # Foot and toe segments by name: Xsens, OpenSim.
 _FEET = (("LeftFoot", "LeftToe"), ("RightFoot", "RightToe"), ("calcn_l", "toes_l"),
@@ -76,11 +75,5 @@ def _sole(ankle: np.ndarray, ball: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def positions(body: Body, feet: Feet, q: Float[np.ndarray, "t nq"]) -> Float[np.ndarray, "t p 3"]:
     """World positions of the points in all frames [m]."""
     at = np.array(feet.bodies)
-    points = jnp.asarray(feet.points)
-
-    @jax.jit
-    def of_poses(body: Body, q: Array) -> Array:
-        f = jax.vmap(lambda x: frames(body, x))(q)
-        return f.position[:, at] + so3.matvec3(f.rotation[:, at], points)
-
-    return np.asarray(of_poses(body.replace(xml=""), jnp.asarray(q)))
+    rotation, position = segment_poses(body, q)
+    return position[:, at] + (rotation[:, at] @ feet.points[..., None])[..., 0]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from mocap_jax.body import Body, floating_dofs
 from mocap_jax.errors import InputError
+from mocap_jax.estimate.sequence.pose_prior_terms import OnBody
 from mocap_jax.estimate.shared_joints import shared_joints
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions, PriorOptions
 from mocap_jax.initialise import declared_pose
@@ -26,7 +27,38 @@ def rest_frames(data: FrameData, setup: Setup) -> np.ndarray:
     return np.flatnonzero((time >= setup.rest.start) & (time <= setup.rest.end))
 
 
-def references(
+def pose_fields(
+    data: FrameData, body: Body, setup: Setup, options: OptimiseOptions, rest: np.ndarray,
+    usual: OnBody | None, *, root_given: bool,
+) -> dict[str, Any]:  # fmt: skip
+    """Fields of `Terms` that say what is assumed about poses.
+
+    Args:
+        data: measurements on the frame grid.
+        body: the body.
+        setup: declared noise and rest hold.
+        options: of the optimiser.
+        rest: frames of the declared rest hold.
+        usual: the pose prior on this body.
+        root_given: use the measured root pose.
+    """
+    step, frames = float(data.step), len(data.time)
+    inside = np.zeros(body.nv, bool) if usual is None else usual.inside
+    reference, information = _references(
+        data, body, setup, options, rest, inside, root_given=root_given
+    )
+    limit = step / options.prior.limit_sigma**2 if options.prior.limits else 0.0
+    return {
+        "reference": reference,
+        "reference_information": information,
+        "smoothness_information": _smoothness(data, body, options),
+        "limit_information": np.full(frames, limit),
+        "pose_information": _pose_information(data, rest, usual),
+        "pace_information": np.append(np.full(frames - 1, 1 / step), 0.0),
+    }
+
+
+def _references(
     data: FrameData,
     body: Body,
     setup: Setup,
@@ -89,7 +121,7 @@ def _nearest(known: np.ndarray) -> np.ndarray:
     return np.where(frames - at[before] <= np.abs(at[after] - frames), at[before], at[after])
 
 
-def smoothness(data: FrameData, body: Body, options: OptimiseOptions) -> np.ndarray:
+def _smoothness(data: FrameData, body: Body, options: OptimiseOptions) -> np.ndarray:
     """Information of second or third differences, zero where the window leaves the sequence."""
     prior, step = options.prior, float(data.step)
     shared = shared_joints(body, tuple(data.sites))
@@ -123,3 +155,11 @@ def _skin(prior: PriorOptions) -> _Skin:
     # The integral of 1 / (1 + x^4) over all x, divided by 2 pi, is 1 / sqrt 8.
     size = np.sqrt(8.0) * max(prior.skin_sigma, 1e-6) ** 2 / corner
     return _Skin(size, size * corner**4)
+
+
+def _pose_information(data: FrameData, rest: np.ndarray, usual: OnBody | None) -> np.ndarray:
+    """How many independent poses each frame counts as; in the rest hold the pose is declared."""
+    count = 0.0 if usual is None else float(data.step) / usual.correlation_time
+    information = np.full(len(data.time), count)
+    information[rest] = 0.0
+    return information

@@ -15,14 +15,13 @@ from jaxtyping import Float
 from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
-from mocap_jax import so3
 from mocap_jax.body import Body
 from mocap_jax.estimate.sequence.layout import Gaussian, Layout, Terms, Weights
 from mocap_jax.estimate.sequence.window import Window
 from mocap_jax.pose_prior import PosePrior
 from mocap_jax.pose_prior.rotations import segment_pairs
 from mocap_jax.pose_prior.shares import sharing_joints, unevenness
-from mocap_jax.residuals.pose_prior import pose_prior_rotation
+from mocap_jax.residuals.pose_prior import pose_prior_rotation, pose_prior_slopes
 from mocap_jax.solution.anatomy import anatomical_frames
 
 
@@ -121,7 +120,11 @@ def add_normal_blocks(
     With information matrices A of poses and B of changes, and derivatives J of frame k, the blocks
     are J_k' (A + B + B) J_k, for the changes before and after it, and -J_k+1' B J_k.
     """
-    rows = _rows(layout, body, w, x, weights, slice(core.start, core.stop + 1))
+    chosen = slice(core.start, core.stop + 1)
+    rows = pose_prior_slopes(
+        x[chosen], w.child_rotation[chosen], weights.pose_prior.child_frame,
+        w.screws[chosen, 3:], between(body, layout.pose_joints),
+    )  # fmt: skip
     usual, pace = weights.pose_prior.whitening, weights.pose_prior.pace
     A, B = usual.T @ usual, pace.T @ pace
     info, before, after = (
@@ -147,18 +150,3 @@ def _shifted(core: slice, by: int) -> slice:
 
 def _product(a: Float[Array, "c i v"], b: Float[Array, "c i w"]) -> Float[Array, "c v w"]:
     return jnp.einsum("civ,ciw->cvw", a, b)
-
-
-def _rows(
-    layout: Layout, body: Body, w: Window, x: Array, weights: Weights, chosen: slice
-) -> Float[Array, "c 3j nv"]:
-    """Derivatives of the rotation vectors of some frames.
-
-    A degree of freedom between parent and child with world axis a changes the rotation vector x by
-    Jr^-1(x) (R_world_child R_child_frame)' a.
-    """
-    frame = so3.matmul3(w.child_rotation[chosen], weights.pose_prior.child_frame)
-    turn = so3.matmul3(so3.right_jacobian_inverse(x[chosen]), jnp.swapaxes(frame, -1, -2))
-    axes = w.screws[chosen][:, None, 3:] * between(body, layout.pose_joints)[None, :, None, :]
-    rows = sum(turn[..., p, None] * axes[:, :, p, None, :] for p in range(3))
-    return rows.reshape(len(rows), -1, axes.shape[-1])

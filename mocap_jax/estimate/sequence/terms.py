@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +24,7 @@ from mocap_jax.estimate.sequence.layout import (
     UserResidual,
     Weights,
 )
-from mocap_jax.estimate.sequence.pose_information import references, rest_frames, smoothness
+from mocap_jax.estimate.sequence.pose_information import pose_fields, rest_frames
 from mocap_jax.estimate.sequence.pose_prior_terms import OnBody, on_body
 from mocap_jax.estimate.sequence.variances import Variances, variances
 from mocap_jax.estimate.sequence.walk import Walk
@@ -83,48 +82,56 @@ def build(
     _check_names(options.user_residuals)
     user = (*options.user_residuals, *knees, *coupled)
     usual = on_body(body, options.pose_prior, options.prior.share_sigma)
-    layout = _layout(data, body, options, user, usual)
-    contacts = _contacts(data, body, setup, options, root_given=root_given)
-    if contacts is not None:
-        layout = dataclasses.replace(
-            layout, contact_bodies=contacts.feet.bodies, contact_loss=contacts.loss
-        )
-    walking = walk_of(data, layout.gyroscope_steps, layout.accelerometer_steps)
-    step = float(data.step)
     rest = rest_frames(data, setup)
-    inside = np.zeros(body.nv, bool) if usual is None else usual.inside
-    reference, reference_information = references(
-        data, body, setup, options, rest, inside, root_given=root_given
-    )
-    force = _forces(data, options)
-    rate = de_average(np.asarray(data.gyroscope))
-    mean = mean_rate(rate)
-    more: dict[str, Any] = _ranges(data, setup, layout, step) | {
-        f"{name}_information": np.zeros(force.shape[:2])
-        for name in ("force", "rate", "orientation")
-    }
-    if layout.use_clock_offset:
-        more |= slope_terms(force, rate, step, setup.noise)
+    contacts = _contacts(data, body, setup, options, rest, root_given=root_given)
+    layout = _layout(data, body, options, user, usual, contacts)
+    walking = walk_of(data, layout.gyroscope_steps, layout.accelerometer_steps)
+    inertial = _inertial(data, options)
     terms = Terms(
-        force=np.nan_to_num(force),
-        rate=np.nan_to_num(rate),
-        mean_rate=np.nan_to_num(mean),
-        orientation=_rotations(np.asarray(data.orientation)),
-        reference=reference,
-        reference_information=reference_information,
-        smoothness_information=smoothness(data, body, options),
-        limit_information=np.full(
-            len(data.time), step / options.prior.limit_sigma**2 if options.prior.limits else 0.0
-        ),
-        pose_information=_pose_information(data, rest, usual),
-        pace_information=np.append(np.full(len(data.time) - 1, 1 / step), 0.0),
+        **_readings(data, setup, inertial, layout),
+        **pose_fields(data, body, setup, options, rest, usual, root_given=root_given),
         user_data=(*_data_of(options.user_residuals, user_data), *knee_data, *coupled_data),
         user_mask=tuple(_user_mask(r, len(data.time)) for r in user),
         walk=(walking.at_frames,) if walking else (),
         contact=contacts.none if contacts else (),
-        **more,
     )
-    weights = Weights(
+    weights = _weights(options, float(data.step), usual, contacts)
+    variance = _variances(data, setup, options, inertial, layout)
+    return Built(layout, terms, weights, rest, variance, walking, contacts)
+
+
+class _Inertial(NamedTuple):
+    """De-averaged readings (t, s, 3)."""
+
+    force: np.ndarray
+    rate: np.ndarray
+    mean_rate: np.ndarray
+    """Of intervals."""
+
+
+def _inertial(data: FrameData, options: OptimiseOptions) -> _Inertial:
+    rate = de_average(np.asarray(data.gyroscope))
+    return _Inertial(_forces(data, options), rate, mean_rate(rate))
+
+
+def _readings(data: FrameData, setup: Setup, inertial: _Inertial, layout: Layout) -> dict[str, Any]:
+    """Fields of `Terms` that hold measurements; inertial ones are not weighted yet."""
+    out: dict[str, Any] = _ranges(data, setup, layout, float(data.step)) | {
+        f"{name}_information": np.zeros(inertial.force.shape[:2])
+        for name in ("force", "rate", "orientation")
+    }
+    if layout.use_clock_offset:
+        out |= slope_terms(inertial.force, inertial.rate, float(data.step), setup.noise)
+    return out | {
+        **{name: np.nan_to_num(value) for name, value in inertial._asdict().items()},
+        "orientation": _rotations(np.asarray(data.orientation)),
+    }
+
+
+def _weights(
+    options: OptimiseOptions, step: float, usual: OnBody | None, contacts: Contacts | None
+) -> Weights:
+    return Weights(
         np.asarray(step),
         np.asarray(options.noise.inertial_scale),
         np.asarray(options.noise.range_scale),
@@ -133,11 +140,16 @@ def build(
         NO_PRIOR if usual is None else usual.gaussian,
         NO_GROUND if contacts is None else contacts.ground(0.0, 1.0),
     )
-    variance = variances(data, force, mean, setup.noise, options.noise)
+
+
+def _variances(
+    data: FrameData, setup: Setup, options: OptimiseOptions, inertial: _Inertial, layout: Layout
+) -> Variances:
+    variance = variances(data, inertial.force, inertial.mean_rate, setup.noise, options.noise)
     if layout.use_clock_offset:
         # The rate that moves a predicted orientation in time needs a frame on either side.
         variance["orientation"][0][[0, -1]] = np.inf
-    return Built(layout, terms, weights, rest, variance, walking, contacts)
+    return variance
 
 
 # Names under which other residuals of a pose count.
@@ -146,12 +158,12 @@ _TAKEN = {COUPLINGS, KNEES, "accelerometer", "gyroscope", "orientation", "range"
 
 
 def _contacts(
-    data: FrameData, body: Body, setup: Setup, options: OptimiseOptions, *, root_given: bool
-) -> Contacts | None:
+    data: FrameData, body: Body, setup: Setup, options: OptimiseOptions, rest: np.ndarray, *,
+    root_given: bool,
+) -> Contacts | None:  # fmt: skip
     if options.contacts is None:
         return None
     standing = declared_pose(setup.rest, body)
-    rest = rest_frames(data, setup)
     return Contacts(data, body, standing, options.contacts, rest, root_given=root_given)
 
 
@@ -178,7 +190,7 @@ def _data_of(residuals: tuple[UserResidual, ...], user_data: tuple) -> tuple:
 
 def _layout(
     data: FrameData, body: Body, options: OptimiseOptions, user: tuple[UserResidual, ...],
-    usual: OnBody | None,
+    usual: OnBody | None, contacts: Contacts | None,
 ) -> Layout:  # fmt: skip
     present = np.asarray(data.range_weight) > 0
     used = np.unique(
@@ -220,6 +232,7 @@ def _layout(
         user=user,
         chunk=options.chunk,
         pose_joints=() if usual is None else usual.joints,
+        **({} if contacts is None else contacts.fields),  # type: ignore[arg-type]
         **(_geometry(data, body, range_sites, c) if border and len(used) else {}),  # type: ignore[arg-type]
         **(corrections if border else {}),  # type: ignore[arg-type]
     )
@@ -276,14 +289,6 @@ def _ranges(data: FrameData, setup: Setup, layout: Layout, step: float) -> dict[
         "range_lead": np.asarray(data.range_lead),
         "range_flight": distance / setup.speed_of_sound / step,
     }
-
-
-def _pose_information(data: FrameData, rest: np.ndarray, usual: OnBody | None) -> np.ndarray:
-    """How many independent poses each frame counts as; in the rest hold the pose is declared."""
-    count = 0.0 if usual is None else float(data.step) / usual.correlation_time
-    information = np.full(len(data.time), count)
-    information[rest] = 0.0
-    return information
 
 
 def _user_mask(residual: UserResidual, frames: int) -> np.ndarray:

@@ -12,6 +12,7 @@ from jaxtyping import Bool, Float
 
 from mocap_jax import linalg, so3
 from mocap_jax.errors import InputError
+from mocap_jax.estimate.outcome_status import STATUS_OF
 from mocap_jax.estimate.single_imu.intervals import checked, cut, still_bias, still_intervals
 from mocap_jax.estimate.single_imu.options import SingleImuOptions
 from mocap_jax.estimate.single_imu.problem import (
@@ -21,7 +22,7 @@ from mocap_jax.estimate.single_imu.problem import (
     with_zero_motion,
 )
 from mocap_jax.estimate.single_imu.start import first_orientations
-from mocap_jax.least_squares import Outcome, minimise
+from mocap_jax.least_squares import minimise
 from mocap_jax.recording import InertialStream
 from mocap_jax.residuals.preintegration import CONSTANTS
 from mocap_jax.solution import Status
@@ -93,7 +94,7 @@ def smooth_orientation(
     state = with_zero_motion(first_orientations(increment, duration), bias)
     problem = SingleImuProblem(samples, still, options)
     result = minimise(problem, state, options.solver)
-    status = _STATUS[result.outcome]
+    status = STATUS_OF[result.outcome]
     orientation_std, constants_std = _deviations(problem, result.state, status)
     return SingleImuSolution(
         time=np.asarray(stream.time) + step / 2,
@@ -108,15 +109,6 @@ def smooth_orientation(
         cost=result.cost,
         seconds=time.perf_counter() - begin,
     )
-
-
-_STATUS = {
-    Outcome.CONVERGED: Status.CONVERGED,
-    Outcome.MAX_ITERATIONS: Status.MAX_ITERATIONS,
-    Outcome.STALLED: Status.STALLED,
-    Outcome.SINGULAR: Status.SINGULAR,
-    Outcome.DIVERGED: Status.DIVERGED,
-}
 
 
 def _deviations(
