@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+import dataclasses
 import os
 import sys
 from pathlib import Path
@@ -25,14 +27,48 @@ def all_clips() -> list[str]:
     return clips
 
 
-def load_clip(name: str) -> Any:
-    """A built-in motion, a file, or a CMU clip by its file name alone."""
+def chosen_clips(value: str, suffixes: tuple[str, ...] = (".amc", ".bvh")) -> list[str]:
+    """Type of an argument: built-in motions, files, or CMU clips by name, after commas.
+
+    Args:
+        value: what was given.
+        suffixes: of the CMU clips that count; the first may be left out.
+    """
+    from mocap_jax import BUILTIN_MOTIONS
+
+    clips = {f.name: str(f) for f in sorted(folder().glob("*")) if f.suffix in suffixes}
+    chosen = []
+    for name in value.split(","):
+        if name in BUILTIN_MOTIONS or Path(name).is_file():
+            chosen.append(name)
+        elif name in clips or f"{name}{suffixes[0]}" in clips:
+            chosen.append(clips.get(name) or clips[f"{name}{suffixes[0]}"])
+        else:
+            valid = ", ".join([*BUILTIN_MOTIONS, *clips, "a motion file"])
+            raise argparse.ArgumentTypeError(f"'{name}'; valid: {valid}")
+    return chosen
+
+
+def load_clip(name: str, seconds: float | None = None) -> Any:
+    """A built-in motion, a file, or a CMU clip by its file name alone; or its beginning."""
     import mocap_jax as mj
 
     if name in mj.BUILTIN_MOTIONS:
-        return mj.builtin_motion(name)
+        return first_seconds(mj.builtin_motion(name), seconds)
     path = Path(name) if Path(name).exists() else folder() / name
-    return mj.load_motion(path if path.exists() else name, fps=TRUE_RATE.get(path.name))
+    motion = mj.load_motion(path if path.exists() else name, fps=TRUE_RATE.get(path.name))
+    return first_seconds(motion, seconds)
+
+
+def first_seconds(motion: Any, seconds: float | None) -> Any:
+    """The beginning of a motion, or all of it."""
+    if seconds is None:
+        return motion
+    path = motion.trajectory
+    keep = int((path.time <= path.time[0] + seconds).sum())
+    velocity = None if path.v is None else path.v[:keep]
+    shorter = dataclasses.replace(path, time=path.time[:keep], q=path.q[:keep], v=velocity)
+    return dataclasses.replace(motion, trajectory=shorter)
 
 
 def subject_of(name: str) -> str:

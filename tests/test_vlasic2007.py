@@ -11,8 +11,9 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "scripts"))
 
+from estimate_store import Store
 from vlasic2007 import cells
-from vlasic2007.cells import Cell, Store
+from vlasic2007.cells import Cell
 from vlasic2007.checks import check_lines
 from vlasic2007.paper import COMBINATIONS, JOINTS, mean_of_joints
 from vlasic2007.results import Results

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,7 +27,7 @@ class Row:
 
 def rows_of(clip: str, profile: str, seed: int, seconds: float | None) -> Iterator[Row]:
     """Simulate a clip and estimate it with the filter, the smoother and the optimiser."""
-    recording = mj.simulate(first(load_clip(clip), seconds), profile=profile, seed=seed)
+    recording = mj.simulate(load_clip(clip, seconds), profile=profile, seed=seed)
     filtered = mj.ekf(recording)
     yield _row(clip, filtered, recording)
     smoothed = mj.ekf(recording, options=mj.EkfOptions(smooth=True))
@@ -42,15 +41,3 @@ def _row(clip: str, solution: mj.Solution, recording: mj.Recording) -> Row:
         Path(clip).name, solution.method, len(squared), joint_consistency(solution, recording),
         float(np.nanmean(squared)),
     )  # fmt: skip
-
-
-def first(motion: mj.Motion, seconds: float | None) -> mj.Motion:
-    """The first seconds of a motion, or all of it."""
-    if seconds is None:
-        return motion
-    path = motion.trajectory
-    keep = int((path.time <= path.time[0] + seconds).sum())
-    cut = dataclasses.replace(
-        path, time=path.time[:keep], q=path.q[:keep], v=None if path.v is None else path.v[:keep]
-    )
-    return dataclasses.replace(motion, trajectory=cut)

@@ -10,7 +10,6 @@ import numpy as np
 from clips import load_clip
 
 import mocap_jax as mj
-from checks.coverage import first
 from mocap_jax.report.constant_truth import constant_truth
 from mocap_jax.simulation import PROFILES, Profile
 
@@ -70,7 +69,7 @@ def outcomes(
     """Simulate, then solve with and without constants from the same start."""
     for clip in clips:
         for seed in seeds:
-            motion = first(load_clip(clip), seconds)
+            motion = load_clip(clip, seconds)
             recording = mj.simulate(motion, profile=badly_worn(soft_tissue=soft_tissue), seed=seed)
             start = mj.ekf(recording, options=mj.EkfOptions(smooth=True, covariance=False))
             errors, solution = [], start

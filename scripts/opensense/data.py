@@ -5,13 +5,9 @@ from __future__ import annotations
 import dataclasses
 import os
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
-import pandas as pd
-from scipy.spatial.transform import Rotation
 
-PREFIX = "MT_012005D6_009-001"
 RATE_HZ = 100.0
 
 
@@ -35,41 +31,13 @@ def cut(recording, start: float, end: float):
     return dataclasses.replace(recording, inertial=streams)
 
 
-def mapping(folder: Path) -> dict[str, str]:
-    """File suffix (serial number) to name in the model, `<body>_imu`."""
-    tree = ElementTree.parse(folder / "myIMUMappings.xml")
-    return {
-        e.get("name", ""): (e.findtext("name_in_model") or "").strip()
-        for e in tree.iter("ExperimentalSensor")
-    }
-
-
 def read_walk(folder: Path):
-    """The recording: orientations and accelerations, on the packets that all sensors have."""
-    from mocap_jax.recording import InertialStream, Recording, SensorSpec, Setup
+    """The recording: orientations and accelerations, as long as all sensors have them."""
+    from mocap_jax.conversion import converted
 
-    tables = {name: _table(folder, serial) for serial, name in mapping(folder).items()}
-    packets = sorted(set.intersection(*(set(t.index) for t in tables.values())))
-    time = (np.array(packets) - packets[0]) / RATE_HZ
-    inertial = {}
-    for name, table in tables.items():
-        rows = table.loc[packets]
-        # The export has columns of the matrix one after the other.
-        R = rows[[f"Mat[{i}][{j}]" for i in (1, 2, 3) for j in (1, 2, 3)]].to_numpy()
-        inertial[name] = InertialStream(
-            time,
-            rows[["Acc_X", "Acc_Y", "Acc_Z"]].to_numpy(),
-            np.full((len(packets), 3), np.nan),
-            Rotation.from_matrix(R.reshape(-1, 3, 3)).as_quat(scalar_first=True),
-        )
-    setup = Setup(sensors=tuple(SensorSpec(n, n, RATE_HZ) for n in inertial))
-    return Recording(inertial, None, None, {}, None, None, setup, None, subject="OpenSense")
-
-
-def _table(folder: Path, serial: str) -> pd.DataFrame:
-    path = folder / "IMUData" / f"{PREFIX}{serial}.txt"
-    table = pd.read_csv(path, sep="\t", comment="/", dtype={"PacketCounter": int})
-    return table.set_index("PacketCounter")
+    recording = converted(folder / "IMUData", mapping=folder / "myIMUMappings.xml").recording
+    end = min(float(stream.time[-1]) for stream in recording.inertial.values())
+    return cut(recording, 0.0, end)
 
 
 def write_orientations(path: Path, recording) -> None:

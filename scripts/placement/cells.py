@@ -5,10 +5,11 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
+
+from estimate_store import Store
 
 Device = tuple[str, str, tuple[float, ...], tuple[float, ...]]
 """Name, segment, position [m] and orientation (wxyz) on it."""
@@ -43,30 +44,10 @@ class Cell:
     """Frame grid of the optimiser; None for its default."""
 
     @property
-    def key(self) -> str:
-        """Short hash of it."""
+    def file(self) -> str:
+        """Where it is kept, see `Store`: a short hash of it."""
         text = json.dumps(asdict(self), sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-class Store:
-    """A folder of cells; each file appears whole or not at all."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-
-    def read(self, cell: Cell) -> dict[str, Any] | None:
-        """Scores of a cell, if it was computed."""
-        file = self.folder / f"{cell.key}.json"
-        return json.loads(file.read_text(encoding="utf-8")) if file.is_file() else None
-
-    def write(self, cell: Cell, scores: dict[str, Any]) -> None:
-        """Keep the scores of a cell."""
-        self.folder.mkdir(parents=True, exist_ok=True)
-        file = self.folder / f"{cell.key}.json"
-        part = file.with_suffix(f".{os.getpid()}.part")
-        part.write_text(json.dumps({"cell": asdict(cell), **scores}) + "\n", encoding="utf-8")
-        os.replace(part, file)
+        return f"{hashlib.sha256(text.encode()).hexdigest()[:16]}.json"
 
 
 def devices(mountings: Any) -> tuple[Device, ...]:
@@ -116,11 +97,10 @@ def compute(cell: Cell) -> dict[str, Any]:
     }
 
 
-def ensure(cell: Cell, store: Store) -> dict[str, Any]:
+def ensure(cell: Cell, store: Store[Cell]) -> dict[str, Any]:
     """Scores of a cell, computed if they are not there."""
-    found = store.read(cell)
-    if found is None:
+    if not store.has(cell):
         store.write(cell, compute(cell))
-        found = store.read(cell)
+    found = store.get(cell)
     assert found is not None
     return found

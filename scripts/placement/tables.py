@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+from estimate_store import Store
 
-from placement.cells import Store
 from placement.plan import Plan
 
 _MOST_OF_SIP, _LEAST_CORRELATION, _MOST_LOSS = 0.8, 0.8, 0.10
@@ -22,7 +22,7 @@ def report(plan: Plan, store: Store) -> str:
 
 def _errors(plan: Plan, store: Store, suit: str, seeds: range) -> np.ndarray:
     """Mean joint position errors [cm] of the seeds that are done."""
-    found = [store.read(plan.cell(suit, k)) for k in seeds]
+    found = [store.get(plan.cell(suit, k)) for k in seeds]
     return np.array([r["position_cm"]["mean"] for r in found if r is not None])
 
 

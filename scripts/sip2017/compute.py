@@ -11,13 +11,14 @@ from typing import Any
 
 import numpy as np
 from clips import all_clips, load_clip, subject_of
+from estimate_store import Store
 
 import mocap_jax as mj
 from mocap_jax.metrics import sparse_poser_series
 from mocap_jax.simulation import SUITS, named_suit
 from mocap_jax.simulation.mounting import with_shapes
 from mocap_jax.simulation.suit import Suit
-from sip2017.cells import Cell, Store
+from sip2017.cells import Cell
 from sip2017.rows import estimate
 
 Report = Callable[[Cell, str], None]
@@ -47,13 +48,7 @@ def run_all(cells: list[Cell], store: Store, report: Report) -> None:
 
 def record(cell: Cell) -> mj.Recording:
     """The recording of all boards of both layouts and of those that validate."""
-    motion = load_clip(cell.clip)
-    if cell.cut is not None:
-        path = motion.trajectory
-        keep = int((path.time <= path.time[0] + cell.cut).sum())
-        velocity = None if path.v is None else path.v[:keep]
-        path = dataclasses.replace(path, time=path.time[:keep], q=path.q[:keep], v=velocity)
-        motion = dataclasses.replace(motion, trajectory=path)
+    motion = load_clip(cell.clip, cell.cut)
     body = with_shapes(motion.body)
     boards = {b.name: b for name in SUITS for b in named_suit(name, body).boards}
     options = mj.SimulationOptions(inertial_rate_hz=cell.rate_hz, orientations=True)

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import ast
 import hashlib
-import json
-import os
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -51,41 +48,12 @@ class Cell:
         """The motion as tables call it."""
         return Path(self.motion).stem
 
-
-class Store:
-    """A folder of cells; each file appears whole or not at all."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-
-    def file(self, cell: Cell) -> Path:
-        """Where a cell made by the present code is kept."""
-        length = "whole" if cell.cut is None else f"{cell.cut:g}s"
-        name = f"{cell.combination}-{cell.method}-{cell.seed}-{code_version(cell.method)}.json"
-        return self.folder / f"{cell.label}-{length}" / cell.profile / name
-
-    def has(self, cell: Cell) -> bool:
-        """Whether the present code has made it already."""
-        return self.file(cell).is_file()
-
-    def write(self, cell: Cell, scores: dict) -> None:
-        """Keep the scores of a cell."""
-        target = self.file(cell)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        part = target.with_suffix(f".{os.getpid()}.part")
-        part.write_text(json.dumps({"cell": asdict(cell), **scores}) + "\n", encoding="utf-8")
-        os.replace(part, target)
-
-    def read(self, cells: list[Cell], *, any_version: bool = False) -> Iterator[tuple[Cell, dict]]:
-        """Cells that are there; of any version of the code, newest first, if so wanted."""
-        for cell in cells:
-            file = self.file(cell)
-            if any_version and not file.is_file():
-                prefix = file.name.rsplit("-", 1)[0]
-                others = sorted(file.parent.glob(f"{prefix}-*.json"), key=os.path.getmtime)
-                file = others[-1] if others else file
-            if file.is_file():
-                yield cell, json.loads(file.read_text(encoding="utf-8"))
+    @property
+    def file(self) -> str:
+        """Where a cell made by the present code is kept, see `Store`."""
+        length = "whole" if self.cut is None else f"{self.cut:g}s"
+        name = f"{self.combination}-{self.method}-{self.seed}-{code_version(self.method)}.json"
+        return f"{self.label}-{length}/{self.profile}/{name}"
 
 
 @cache

@@ -5,14 +5,15 @@ Groups of one worker run in one process, where they share compiled programs.
 
 from __future__ import annotations
 
-import dataclasses
 import multiprocessing
 import traceback
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from vlasic2007.cells import Cell, Store
+from estimate_store import Store
+
+from vlasic2007.cells import Cell
 
 Group = list[Cell]
 Report = Callable[[Cell, str], None]
@@ -29,12 +30,14 @@ def groups(cells: list[Cell]) -> list[Group]:
 
 def run_group(group: Group, store: Store, report: Report) -> None:
     """Compute the cells of one recording and keep each as soon as it is done."""
+    from clips import load_clip
+
     import mocap_jax as mj
     from vlasic2007.scores import scores_of
 
     first = group[0]
     try:
-        motion = load(first.motion, first.cut)
+        motion = load_clip(first.motion, first.cut)
         recording = mj.simulate(motion, profile=first.profile, seed=first.seed)
     except mj.MocapError as error:
         for cell in group:
@@ -81,20 +84,6 @@ def estimate(recording: Any, method: str, kinds: str, initial: Any = None, **set
             kinds=kinds, root="given", process=process, smooth=method == "smoothed", **settings
         ),
     )
-
-
-def load(name: str, cut: float | None) -> Any:
-    """A built-in motion or a motion file, or its first seconds."""
-    from clips import load_clip
-
-    motion = load_clip(name)
-    if cut is None:
-        return motion
-    path = motion.trajectory
-    keep = int((path.time <= path.time[0] + cut).sum())
-    velocity = None if path.v is None else path.v[:keep]
-    shorter = dataclasses.replace(path, time=path.time[:keep], q=path.q[:keep], v=velocity)
-    return dataclasses.replace(motion, trajectory=shorter)
 
 
 def run_all(cells: list[Cell], store: Store, workers: int, report: Report) -> None:
