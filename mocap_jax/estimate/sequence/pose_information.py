@@ -44,7 +44,7 @@ def pose_fields(
     """
     step, frames = float(data.step), len(data.time)
     inside = np.zeros(body.nv, bool) if usual is None else usual.inside
-    reference, information = _references(
+    reference, information = references(
         data, body, setup, options, rest, inside, root_given=root_given
     )
     limit = step / options.prior.limit_sigma**2 if options.prior.limits else 0.0
@@ -58,7 +58,7 @@ def pose_fields(
     }
 
 
-def _references(
+def references(
     data: FrameData,
     body: Body,
     setup: Setup,
