@@ -100,7 +100,8 @@ class _State(NamedTuple):
     jacobian: Array
     damping: Array
     count: Array
-    done: Array
+    converged: Array
+    stuck: Array
 
 
 def frame_problem(
@@ -175,7 +176,7 @@ def solve_frame(
         keep = lambda new, old: jnp.where(better, new, old)  # noqa: E731
         return _State(
             keep(q, state.q), keep(residual, state.residual), keep(jacobian, state.jacobian),
-            damping, state.count + 1, small | (damping >= _LARGEST),
+            damping, state.count + 1, small, ~small & (damping >= _LARGEST),
         )  # fmt: skip
 
     inside = jnp.where(bounded, jnp.clip(coordinates(start), low, high), 0.0)
@@ -183,11 +184,13 @@ def solve_frame(
     q = start.at[jnp.where(bounded, place, start.size)].set(inside, mode="drop")
     q = follow_leaders(problem, q)
     damping = jnp.asarray(_START, q.dtype)
-    first = _State(q, *evaluate(q), damping, jnp.asarray(0), jnp.asarray(False))
-    last = jax.lax.while_loop(lambda s: ~s.done & (s.count < rules.iterations), step, first)
+    no = jnp.asarray(False)
+    first = _State(q, *evaluate(q), damping, jnp.asarray(0), no, no)
+    going = lambda s: ~(s.converged | s.stuck) & (s.count < rules.iterations)  # noqa: E731
+    last = jax.lax.while_loop(going, step, first)
     root = jnp.sqrt(weight)[:, None]
     error = last.residual[: 3 * weight.size].reshape(-1, 3) / jnp.where(root > 0, root, 1.0)
-    return FrameFit(last.q, error, last.residual @ last.residual, last.count, last.done)
+    return FrameFit(last.q, error, last.residual @ last.residual, last.count, last.converged)
 
 
 def follow_leaders(problem: FrameProblem, q: Float[Array, "nq"]) -> Float[Array, "nq"]:

@@ -25,6 +25,9 @@ class OrientationPassOptions:
     leaves its neighbourhood within these frames."""
     seed_every: int = 10
     """Frames from one seed to the next."""
+    root: str = "auto"
+    """`given`: the root is where the recording says. `free`: it stays where the start has it, for
+    orientations do not tell. `auto`: given if the recording has a root."""
     rate_hz: float | None = None
     """Frame grid; default the highest inertial rate."""
     pose_prior: PosePrior | None = None
@@ -57,5 +60,7 @@ class OrientationPassOptions:
                 raise InputError(f"weights: '{name}' is {weight}; valid: zero or a positive number")
         if not self.orientation_sigma > 0 or not self.share_sigma > 0:
             raise InputError("orientation_sigma and share_sigma must be above 0")
+        if self.root not in ("auto", "given", "free"):
+            raise InputError(f"root is '{self.root}'; valid: auto, given, free")
         if self.seed_every < 1 or self.iterations < 1:
             raise InputError("seed_every and iterations must be 1 or more")

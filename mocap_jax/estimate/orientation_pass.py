@@ -17,7 +17,7 @@ from mocap_jax.body import Body
 from mocap_jax.errors import InputError, SolveError
 from mocap_jax.estimate.central_velocity import central_velocity
 from mocap_jax.estimate.compile_clock import CompileClock
-from mocap_jax.estimate.inputs import body_of
+from mocap_jax.estimate.inputs import body_of, uses_root
 from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.orientation_frame import (
     FrameFit,
@@ -53,7 +53,8 @@ def orientation_pass(
     The cost is OpenSim's, the weighted sum of squared angles between measured and predicted
     sensors, and with a pose prior that of the Sparse Orientation Poser (von Marcard 2017, section
     4.5). Nothing ties frames together. What neither tells (the root's position, and joints between
-    no two sensors) stays as in `start`; a recorded root gives the position.
+    no two sensors) stays as in `start`; a recorded root gives the position unless `options.root`
+    says that it is free.
 
     Args:
         recording: with measured orientations, in the body's world.
@@ -75,6 +76,7 @@ def orientation_pass(
         body = body_of(recording, body)
         data = gather(recording, body, kinds="O", rate_hz=options.rate_hz)
         options.check(data.sensors)
+        root_given = uses_root(recording, options.root)
         weight, R_world_sensor = _measured(data, options)
         prior = frame_prior(
             body, options.pose_prior, options.orientation_sigma, options.share_sigma
@@ -85,7 +87,7 @@ def orientation_pass(
         elif np.shape(start) != (body.nq,) or not np.isfinite(start).all():
             raise InputError(f"start must be {body.nq} finite numbers, as q of this body")
         fit = _fit(problem, body, options, start, weight, R_world_sensor, progress=progress)
-        solution = _solution(recording, body, data, options, fit, weight)
+        solution = _solution(recording, body, data, options, fit, weight, root_given=root_given)
     seconds = time.perf_counter() - begin
     solution = dataclasses.replace(
         solution, seconds_solve=seconds - clock.seconds, seconds_compile=clock.seconds
@@ -200,19 +202,17 @@ def _at_once(
 
 def _solution(
     recording: Recording, body: Body, data: FrameData, options: OrientationPassOptions,
-    fit: FrameFit, weight: np.ndarray,
+    fit: FrameFit, weight: np.ndarray, *, root_given: bool,
 ) -> Solution:  # fmt: skip
     q = np.array(fit.q)
     known = np.isfinite(np.asarray(data.root_position)).all(axis=1)
-    if body.has_free_root and known.any():
+    if body.has_free_root and root_given and known.any():
         # Where the root is missing for a while, it is taken to go on straight.
         times = np.asarray(data.time)
         for k in range(3):
             q[:, k] = np.interp(times, times[known], np.asarray(data.root_position)[known, k])
     finite = bool(np.isfinite(q).all())
-    late = int((~fit.converged).sum())
-    status = Status.CONVERGED if not late else Status.MAX_ITERATIONS
-    remarks = [f"{late} of {len(q)} frames reached the largest number of steps."] if late else []
+    status, remarks = _outcome(fit, options.iterations)
     return Solution(
         trajectory=Trajectory(
             np.asarray(data.time), q, central_velocity(body, q, float(data.step))
@@ -230,6 +230,20 @@ def _solution(
                  "warm_start": options.warm_start, "residuals": len(options.residuals),
                  "pose_prior": options.pose_prior.name if options.pose_prior else None},
     )  # fmt: skip
+
+
+def _outcome(fit: FrameFit, most: int) -> tuple[Status, list[str]]:
+    """The status of all frames together, and what to say of those that did not converge."""
+    late = int((~fit.converged & (fit.iterations >= most)).sum())
+    stuck = int((~fit.converged).sum()) - late
+    total, remarks = len(fit.converged), []
+    if late:
+        remarks.append(f"{late} of {total} frames reached the largest number of steps.")
+    if stuck:
+        remarks.append(f"{stuck} of {total} frames stopped where no step lowers the cost.")
+    if stuck:
+        return Status.STALLED, remarks
+    return Status.MAX_ITERATIONS if late else Status.CONVERGED, remarks
 
 
 def _statistics(data: FrameData, fit: FrameFit, weight: np.ndarray) -> dict[str, dict[str, float]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import jax.numpy as jnp
 import numpy as np
@@ -18,7 +19,10 @@ from mocap_jax.residuals.pose_prior import pose_prior_rotation, pose_prior_slope
 
 @dataclass(frozen=True, eq=False)
 class FramePrior:
-    """Whitened distance of one pose from the prior, and its derivatives."""
+    """Whitened distance of one pose from the prior, and its derivatives.
+
+    Equal ones are those of equal figures: programs are compiled once for them.
+    """
 
     joints: tuple[tuple[int, int], ...]
     gaussian: Gaussian
@@ -26,6 +30,20 @@ class FramePrior:
     """Degrees of freedom that turn each joint's child in its parent."""
     sigma: float
     """Deviation of a sensor's orientation of weight 1 [rad], the unit of all residuals."""
+
+    @cached_property
+    def _figures(self) -> tuple:
+        arrays = (*self.gaussian, self.between)
+        return self.joints, self.sigma, tuple(np.asarray(a).tobytes() for a in arrays)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, FramePrior) and self._figures == other._figures
+
+    def __hash__(self) -> int:
+        return hash(self._figures)
+
+    def __reduce__(self) -> tuple:  # without what was computed on the way: keys of programs
+        return FramePrior, (self.joints, self.gaussian, self.between, self.sigma)
 
     def linearised(self, body: Body, f: Frames) -> tuple[Float[Array, "m"], Float[Array, "m nv"]]:
         """Residuals and derivatives in a pose of the given kinematics."""

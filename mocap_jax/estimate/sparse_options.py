@@ -56,8 +56,11 @@ def table1_options(
     """Options with the weights of von Marcard 2017, table 1, and nothing of our own.
 
     Orientations and accelerations (plain second differences) with one weight each, the Mahalanobis
-    distance of every frame, joint limits; no rates, constants, smoothness or robust losses. The
-    paper's energies are means over frames and sensors; in units of one radian of one sensor, an
+    distance of every frame, joint limits; no rates, constants, smoothness or robust losses. What
+    stays: the declared rest pose, the root held during it, and even bends of the trunk's joints, of
+    which our prior knows the sum.
+
+    The paper's energies are means over frames and sensors; in units of one radian of one sensor, an
     acceleration has a deviation of 0.05^-1/2 m/s^2, and a frame counts as 0.003 poses a sensor. The
     acceleration is compared in the sensor's frame, with the rotation that is solved for (the paper:
     in the world's, with the measured one). Place boards by `calibrate_to_pose` first (eq. 7).

@@ -132,13 +132,11 @@ def _orientation_pass(
         )
     meanwhile()
     if options.pose_prior is not None and "O" in kinds and measures_orientation(recording):
-        if options.root == "free":  # not even the start may know where the root was
-            recording = dataclasses.replace(recording, root=None)
         return orientation_pass(
             recording, body, start=declared_pose(recording.setup.rest, body), progress=progress,
             options=OrientationPassOptions(
                 pose_prior=options.pose_prior, warm_start=True, rate_hz=options.rate_hz,
-                share_sigma=options.prior.share_sigma,
+                root=options.root, share_sigma=options.prior.share_sigma,
             ),
         )  # fmt: skip
     still = at_rest(recording, body, use_root=uses_root(recording, options.root))

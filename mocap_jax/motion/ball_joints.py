@@ -16,8 +16,8 @@ def ball_jointed(body: Body) -> Body:
 
     Segments with Xsens names, and those between pelvis and head, get one ball joint each where
     their first joint was (von Marcard 2017: 24 joints of three degrees of freedom). Others, fingers
-    and eyes, are fixed to their parents. The root keeps its joint; joints lose their limits, which
-    the pose prior stands in for (section 4.3 of the paper).
+    and eyes, are fixed to their parents. A root that moves about keeps its joints; others lose
+    slides and limits, which the pose prior stands in for (section 4.3 of the paper).
 
     Args:
         body: with its MJCF text.
@@ -28,10 +28,10 @@ def ball_jointed(body: Body) -> Body:
     topology = body.topology
     kept = set(XSENS_SEGMENTS) | _spine(body)
     tree = ElementTree.fromstring(body.xml)
-    turned = 0
+    turned, roots = 0, tree.findall("worldbody/body")
     for element in tree.iter("body"):
         joints = [e for e in element if e.tag in _JOINTS]
-        if not joints or _is_free(joints[0]):
+        if not joints or element in roots and _moves_about(joints):
             continue
         for joint in joints:
             element.remove(joint)
@@ -47,8 +47,8 @@ def ball_jointed(body: Body) -> Body:
     return load_body(ElementTree.tostring(tree, encoding="unicode"))
 
 
-def _is_free(joint: ElementTree.Element) -> bool:
-    return joint.tag == "freejoint" or joint.get("type") == "free"
+def _moves_about(joints: list[ElementTree.Element]) -> bool:
+    return any(j.tag == "freejoint" or j.get("type") in ("free", "slide") for j in joints)
 
 
 def _ball(name: str, first: ElementTree.Element) -> ElementTree.Element:

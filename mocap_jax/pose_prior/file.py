@@ -12,7 +12,8 @@ from mocap_jax.errors import InputError
 from mocap_jax.pose_prior.prior import PosePrior
 
 _NEEDED = ("joints", "mean", "covariance", "correlation_time")
-_DIGITS = 7
+# Significant ones: enough to keep a covariance positive definite down to tiny floors.
+_DIGITS = 9
 
 
 def save_pose_prior(path: str | os.PathLike[str], prior: PosePrior) -> None:
@@ -84,7 +85,7 @@ def _triangle(matrix: np.ndarray) -> list[float]:
 
 
 def _rounded(values: np.ndarray) -> np.ndarray:
-    return np.round(values, _DIGITS)
+    return np.vectorize(lambda x: float(f"{x:.{_DIGITS}g}"), otypes=[float])(values)
 
 
 def _matrix(values: object, size: int) -> np.ndarray:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import Rotation, Slerp
 
 from mocap_jax.errors import InputError
 from mocap_jax.pose_prior.prior import PosePrior
@@ -45,6 +45,8 @@ _LAG = 0.25
 # The least mobility: real joints are no perfect hinges [rad/sqrt(s)].
 PACE_FLOOR = 0.05
 _STEPS = 20
+# Mean square of a clip's rotation vectors below which nothing moves [rad^2].
+_STILL = 1e-12
 # Reflection in the sagittal plane, in anatomical axes (Z points to the right).
 _MIRROR = np.diag([1.0, 1.0, -1.0])
 
@@ -61,16 +63,19 @@ def learn_pose_prior(
 
     Args:
         motions: by a name that the provenance shows; bodies with Xsens names.
-        joints: pairs (child, parent) of segments that all bodies have.
+        joints: pairs (child, parent) of segments that all bodies have; of a left one the right one
+            as well, for poses are mirrored.
         shrinkage: share of every correlation that is taken away, 0 to 1.
         floor: standard deviation added to each component of every rotation [rad].
         name: what solutions call the prior.
 
     Raises:
-        InputError: no motion, a body without one of the segments, or figures out of range.
+        InputError: no motion, a body without one of the segments, a joint of one side alone, or
+            figures out of range.
     """
     if not motions:
         raise InputError("learn_pose_prior: no motions")
+    _check_sides(joints)
     if not 0 <= shrinkage <= 1 or not floor > 0:
         raise InputError(
             f"learn_pose_prior: shrinkage {shrinkage:g}, floor {floor:g}; valid: 0 to 1, above 0"
@@ -101,6 +106,15 @@ def learn_pose_prior(
     )
 
 
+def _check_sides(joints: Sequence[tuple[str, str]]) -> None:
+    for child, parent in joints:
+        other = _other_side(child), _other_side(parent)
+        if other not in joints:
+            raise InputError(
+                f"learn_pose_prior: joints: {child}/{parent} is there without {other[0]}/{other[1]}"
+            )
+
+
 def _mobility(
     clips: list[Float[np.ndarray, "t j 3 3"]], mean: Float[np.ndarray, "j 3 3"], shrinkage: float
 ) -> Float[np.ndarray, "3j 3j"]:
@@ -121,10 +135,14 @@ def _mobility(
 
 
 def _thinned(motion: Motion, joints: Sequence[tuple[str, str]]) -> Float[np.ndarray, "t j 3 3"]:
-    time = np.asarray(motion.trajectory.time)
-    step = float(np.median(np.diff(time))) if len(time) > 1 else 1.0
-    every = max(1, round(1 / (_RATE * step)))
-    return anatomical_joint_rotations(motion.body, np.asarray(motion.trajectory.q)[::every], joints)
+    """Poses at `_RATE`, whatever the motion's own: between its frames on geodesics."""
+    time, q = np.asarray(motion.trajectory.time), np.asarray(motion.trajectory.q)
+    rotation = anatomical_joint_rotations(motion.body, q, joints)
+    if len(time) < 2:
+        return rotation
+    at = time[0] + np.arange(int((time[-1] - time[0]) * _RATE + 1e-6) + 1) / _RATE
+    slerps = [Slerp(time, Rotation.from_matrix(rotation[:, j])) for j in range(len(joints))]
+    return np.stack([s(np.minimum(at, time[-1])).as_matrix() for s in slerps], axis=1)
 
 
 def mirrored(
@@ -132,8 +150,7 @@ def mirrored(
 ) -> Float[np.ndarray, "t j 3 3"]:
     """The same poses with left and right exchanged."""
     names = [child for child, _ in joints]
-    other = [names.index(_other_side(n)) if _other_side(n) in names else i
-             for i, n in enumerate(names)]  # fmt: skip
+    other = [names.index(_other_side(n)) for n in names]
     return (_MIRROR @ rotation @ _MIRROR)[:, other]
 
 
@@ -171,8 +188,10 @@ def _correlation_time(clips: list[Float[np.ndarray, "t j 3 3"]]) -> float:
         for lag in range(min(len(total), len(x) // 2)):
             total[lag] += (x[: len(x) - lag] * x[lag:]).sum()
             count[lag] += len(x) - lag
+    if total[0] <= _STILL * max(count[0], 1):
+        return 1 / _RATE  # nobody moves: no pose says anything of the next
     correlation = total[count > 0] / count[count > 0]
-    correlation /= max(correlation[0], 1e-12)
+    correlation /= correlation[0]
     low = np.flatnonzero(correlation < 0.1)
     last = int(low[0]) if len(low) else len(correlation)
     return float((2 * correlation[:last].sum() - 1) / _RATE)

@@ -73,7 +73,12 @@ class PosePrior:
     def of_segments(self, names: Iterable[str]) -> PosePrior:
         """The prior (a marginal one) of the joints whose segments are both among the names."""
         known = set(names)
-        kept = [i for i, joint in enumerate(self.joints) if set(joint) <= known]
+        return self.of_joints([joint for joint in self.joints if set(joint) <= known])
+
+    def of_joints(self, joints: Iterable[tuple[str, str]]) -> PosePrior:
+        """The prior (a marginal one) of some of its joints, pairs of child and parent."""
+        chosen = set(joints)
+        kept = [i for i, joint in enumerate(self.joints) if joint in chosen]
         rows = (3 * np.array(kept, int)[:, None] + np.arange(3)).ravel()
         return PosePrior(
             tuple(self.joints[i] for i in kept), self.mean[kept],

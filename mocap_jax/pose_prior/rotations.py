@@ -49,11 +49,24 @@ def segment_pairs(body: Body, joints: Sequence[tuple[str, str]]) -> np.ndarray:
     for name in (n for pair in joints for n in pair):
         if name not in names:
             raise unknown_name("segment", name, names[1:])
-    index = np.array([[names.index(c), names.index(p)] for c, p in joints], int).reshape(-1, 2)
-    for (child, parent), (c, p) in zip(joints, index, strict=True):
-        above = topology.body_parent[c]
-        while above not in (0, p):
-            above = topology.body_parent[above]
-        if above != p:
+    known = set(joints_of(body, joints))
+    for child, parent in joints:
+        if (child, parent) not in known:
             raise InputError(f"pose prior: '{parent}' is no ancestor of '{child}' in this body")
-    return index
+    return np.array([[names.index(c), names.index(p)] for c, p in joints], int).reshape(-1, 2)
+
+
+def joints_of(body: Body, joints: Sequence[tuple[str, str]]) -> tuple[tuple[str, str], ...]:
+    """Those pairs (child, parent) that a body has, the parent above the child in its tree."""
+    topology = body.topology
+    names = topology.body_names
+
+    def has(child: str, parent: str) -> bool:
+        if child not in names or parent not in names:
+            return False
+        at, wanted = topology.body_parent[names.index(child)], names.index(parent)
+        while at not in (0, wanted):
+            at = topology.body_parent[at]
+        return at == wanted
+
+    return tuple(pair for pair in joints if has(*pair))

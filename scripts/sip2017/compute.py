@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import traceback
-from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,34 +11,42 @@ from typing import Any
 import numpy as np
 from clips import all_clips, load_clip, subject_of
 from estimate_store import Store
+from group_pool import Report, run_groups
 
 import mocap_jax as mj
 from mocap_jax.metrics import sparse_poser_series
+from mocap_jax.metrics.sparse_poser import Series
 from mocap_jax.simulation import SUITS, named_suit
 from mocap_jax.simulation.mounting import with_shapes
 from mocap_jax.simulation.suit import Suit
 from sip2017.cells import Cell
 from sip2017.rows import estimate
 
-Report = Callable[[Cell, str], None]
-"""Called after each cell with what went wrong (empty if nothing did)."""
 # Seconds between the points of curves over time.
 _CURVE_STEP = 0.1
 
 
-def run_all(cells: list[Cell], store: Store, report: Report) -> None:
-    """Compute all cells that the store lacks."""
-    recordings: dict[tuple, Any] = {}
+def run_all(cells: list[Cell], store: Store, workers: int, report: Report) -> None:
+    """Compute all cells that the store lacks, in one or several processes."""
+    groups: dict[tuple, list[Cell]] = {}
     for cell in cells:
-        if store.has(cell):
-            continue
+        groups.setdefault((cell.clip, cell.seed), []).append(cell)
+    run_groups(run_group, list(groups.values()), store, workers, report)
+
+
+def run_group(group: list[Cell], store: Store, report: Report) -> None:
+    """Compute the cells of one recording."""
+    try:
+        recording, prior = record(group[0]), prior_without(subject_of(group[0].clip))
+    except mj.MocapError as error:
+        for cell in group:
+            report(cell, str(error))
+        return
+    for cell in group:
         try:
-            key = (cell.clip, cell.seed, cell.profile, cell.rate_hz, cell.cut)
-            if key not in recordings:
-                recordings = {key: record(cell)}
-            prior = prior_without(subject_of(cell.clip))
-            solution = estimate(cell.row, recordings[key], SUITS[cell.sensors], prior, cell.seed)
-            store.write(cell, scores_of(cell, solution, recordings[key]))
+            sensors = SUITS[cell.sensors]
+            solution = estimate(cell.row, recording, sensors, prior, cell.draw)
+            store.write(cell, scores_of(cell, solution, recording))
             report(cell, "")
         except Exception as error:  # One estimate that fails must not cost the others.
             traceback.print_exc()
@@ -53,7 +60,7 @@ def record(cell: Cell) -> mj.Recording:
     boards = {b.name: b for name in SUITS for b in named_suit(name, body).boards}
     options = mj.SimulationOptions(inertial_rate_hz=cell.rate_hz, orientations=True)
     return mj.simulate(
-        motion, profile=cell.profile, seed=cell.seed, suit=Suit(tuple(boards.values())),
+        motion, profile=cell.profile, seed=cell.draw, suit=Suit(tuple(boards.values())),
         options=options,
     )  # fmt: skip
 
@@ -70,7 +77,7 @@ def prior_without(subject: str) -> mj.PosePrior:
 def scores_of(cell: Cell, solution: mj.Solution, recording: mj.Recording) -> dict:
     """All that tables and pictures need of one estimate, as plain numbers."""
     scores: dict = {
-        "status": solution.status.name, "frames": len(solution.trajectory.time),
+        "status": solution.status.name, "frames": 0,
         "iterations": solution.iterations, "seconds_solve": solution.seconds_solve,
     }  # fmt: skip
     if not solution.status.ok:
@@ -81,15 +88,15 @@ def scores_of(cell: Cell, solution: mj.Solution, recording: mj.Recording) -> dic
         own = mj.ball_jointed(mj.load_body(recording.body_xml))
         unscaled = dataclasses.replace(solution, body=own)
         scores["unscaled"] = moments(unscaled, recording)
-    return scores | curve(solution, recording)
-
-
-def curve(solution: mj.Solution, recording: mj.Recording) -> dict[str, dict[str, list[float]]]:
-    """Errors over time, thinned."""
     series = sparse_poser_series(solution, recording)
+    return scores | {"frames": len(series.time), "curve": curve(series)}
+
+
+def curve(series: Series) -> dict[str, list[float]]:
+    """Errors over time, thinned."""
     step = float(np.median(np.diff(series.time)))
     every = max(1, round(_CURVE_STEP / step))
-    return {"curve": {k: np.round(v[::every], 3).tolist() for k, v in series._asdict().items()}}
+    return {k: np.round(v[::every], 3).tolist() for k, v in series._asdict().items()}
 
 
 def moments(solution: mj.Solution, recording: mj.Recording) -> dict[str, list[float]]:

@@ -13,6 +13,7 @@ ROWS = {
     "SIP-M": "body rigged by hand",
     "SIP-T1": "the subject's body, weights of table 1",
     "SIP": "the subject's body",
+    "SIP-AO": "without rates, as the paper's",
     "SIP-BW": "body from stature alone",
     "SIP-110": "body 110 %",
     "SIP-120": "body 120 %",
@@ -43,6 +44,8 @@ def estimate(
         on, body, start=declared_pose(on.setup.rest, body),
         options=mj.OrientationPassOptions(pose_prior=prior, warm_start=True),
     )  # fmt: skip
+    if row == "SIP-AO":
+        options = dataclasses.replace(options, kinds="AO")
     if row == "SIP-T1":
         rate = on.setup.sensors[0].rate_hz
         options = mj.table1_options(rate, len(sensors), prior)

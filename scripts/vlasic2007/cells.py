@@ -25,6 +25,9 @@ _OPTIMISER_ONLY = (
 )  # fmt: skip
 
 
+_OWN = (Path(__file__).with_name("scores.py"),)
+
+
 @dataclass(frozen=True)
 class Cell:
     """What identifies one estimate."""
@@ -57,11 +60,16 @@ class Cell:
 
 
 @cache
-def code_version(method: str) -> str:
-    """Short hash of the code behind a method's figures; comments and docstrings do not count."""
+def code_version(method: str, scripts: tuple[Path, ...] = _OWN) -> str:
+    """Short hash of the code behind a method's figures; comments and docstrings do not count.
+
+    Args:
+        method: one of `METHODS`.
+        scripts: files outside the package that figures depend on as well.
+    """
     left_out = _WITHOUT_EFFECT + (() if method == "optimise" else _OPTIMISER_ONLY)
     total = hashlib.sha256()
-    for file in [*sorted(_PACKAGE.rglob("*.py")), Path(__file__).with_name("scores.py")]:
+    for file in [*sorted(_PACKAGE.rglob("*.py")), *scripts]:
         inside = file.relative_to(_PACKAGE).as_posix() if _PACKAGE in file.parents else file.name
         if not inside.startswith(left_out):
             total.update(inside.encode() + _code_of(file))

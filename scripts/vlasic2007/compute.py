@@ -5,19 +5,16 @@ Groups of one worker run in one process, where they share compiled programs.
 
 from __future__ import annotations
 
-import multiprocessing
 import traceback
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 from estimate_store import Store
+from group_pool import Report, run_groups
 
 from vlasic2007.cells import Cell
 
 Group = list[Cell]
-Report = Callable[[Cell, str], None]
-"""Called after each cell with what went wrong (empty if nothing did)."""
 
 
 def groups(cells: list[Cell]) -> list[Group]:
@@ -88,32 +85,4 @@ def estimate(recording: Any, method: str, kinds: str, initial: Any = None, **set
 
 def run_all(cells: list[Cell], store: Store, workers: int, report: Report) -> None:
     """Compute all cells that the store lacks, in one or several processes."""
-    wanted = groups([cell for cell in cells if not store.has(cell)])
-    if workers == 1 or len(wanted) < 2:
-        for group in wanted:
-            run_group(group, store, report)
-        return
-    context = multiprocessing.get_context("spawn")
-    done = context.Queue()
-    with context.Pool(workers, _start_worker, (done, store.folder)) as pool:
-        pending = pool.map_async(_work, wanted, chunksize=1)
-        missing = sum(len(group) for group in wanted)
-        while missing:
-            cell, failure = done.get()
-            report(cell, failure)
-            missing -= 1
-        pending.get()
-
-
-_worker: dict[str, Any] = {}
-
-
-def _start_worker(done: Any, folder: Path) -> None:
-    from mocap_jax.cli.main import prepare_process
-
-    prepare_process()
-    _worker.update(done=done, store=Store(folder))
-
-
-def _work(group: Group) -> None:
-    run_group(group, _worker["store"], lambda cell, failure: _worker["done"].put((cell, failure)))
+    run_groups(run_group, groups(cells), store, workers, report)

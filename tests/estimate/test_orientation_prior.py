@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import pickle
 
 import jax
 import jax.numpy as jnp
@@ -14,7 +15,7 @@ from mocap_jax.body import frames, retract
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.orientation_prior import frame_prior
 from mocap_jax.pose_prior import anatomical_joint_rotations
-from mocap_jax.recording import InertialStream, Recording, SensorSpec, Setup
+from mocap_jax.recording import InertialStream, Recording, RootStream, SensorSpec, Setup
 from mocap_jax.simulation import mount, named_suit
 from mocap_jax.simulation.mounting import with_shapes
 
@@ -90,3 +91,39 @@ def test_wrong_figures_are_refused(body):
     with pytest.raises(InputError, match="orientation_sigma"):
         mj.orientation_pass(_standing(body, np.asarray(body.qpos0)), body, options=wrong)
     assert dataclasses.replace(wrong, orientation_sigma=0.1).share_sigma > 0
+
+
+def test_equal_priors_are_one_program(body):
+    one, other = (frame_prior(body, mj.default_pose_prior(), 0.05, 0.1) for _ in range(2))
+    assert one == other and hash(one) == hash(other) and one is not other
+    assert one != frame_prior(body, mj.default_pose_prior(), 0.06, 0.1)
+    before = pickle.dumps(frame_prior(body, mj.default_pose_prior(), 0.05, 0.1))
+    assert pickle.dumps(one) == before  # keys of programs do not tell whether it was hashed
+
+
+def test_a_prior_of_other_segments_is_refused(body):
+    prior = mj.PosePrior((("tibia_r", "femur_r"),), np.eye(4)[:1], np.eye(3), 1.0, name="OpenSim")
+    with pytest.raises(InputError, match="'OpenSim': none of its joints .* Pelvis, .* or None"):
+        frame_prior(body, prior, 0.05, 0.1)
+
+
+def test_a_free_root_stays_at_the_start(body):
+    """Where the recording says the root is, only `root` "given" may use."""
+    recording = _standing(body, np.asarray(body.qpos0))
+    root = RootStream(
+        0.1 * np.arange(4), np.tile([5.0, 6.0, 7.0], (4, 1)), np.tile([1.0, 0, 0, 0], (4, 1))
+    )
+    measured = dataclasses.replace(recording, root=root)
+    place = {
+        how: np.asarray(mj.orientation_pass(
+            measured, body, options=mj.OrientationPassOptions(warm_start=True, root=how)
+        ).trajectory.q)[:, :3]
+        for how in ("given", "free")
+    }  # fmt: skip
+    np.testing.assert_allclose(place["given"], np.tile([5.0, 6.0, 7.0], (4, 1)))
+    np.testing.assert_array_equal(place["free"], np.tile(body.qpos0[:3], (4, 1)))
+    for wrong, told in (("fixed", "valid: auto, given, free"), ("given", "no measured root")):
+        with pytest.raises(InputError, match=told):
+            mj.orientation_pass(
+                recording, body, options=mj.OrientationPassOptions(root=wrong, warm_start=True)
+            )

@@ -38,3 +38,13 @@ def test_bodies_without_known_segments_are_refused():
     </mujoco>"""
     with pytest.raises(InputError, match="its segments are box"):
         mj.ball_jointed(mj.load_body(xml))
+
+
+def test_a_root_of_slides_keeps_its_joints():
+    """Motion files without a free joint: translation and rotation of the root stay as they are."""
+    xml = """<mujoco><worldbody><body name="Pelvis"><joint type="slide" axis="1 0 0"/>
+    <joint type="slide" axis="0 0 1"/><joint axis="0 1 0"/><geom size=".1"/>
+    <body name="T8" pos="0 0 .4"><joint type="slide" axis="0 0 1"/><joint axis="0 1 0"/>
+    <geom size=".1"/></body></body></worldbody></mujoco>"""
+    ball = mj.ball_jointed(mj.load_body(xml))
+    assert ball.topology.joint_types == ("slide", "slide", "hinge", "ball")

@@ -15,6 +15,7 @@ from mocap_jax.errors import InputError
 from mocap_jax.motion import Motion
 from mocap_jax.pose_prior import JOINTS, PosePrior, anatomical_joint_rotations
 from mocap_jax.pose_prior.learn import PACE_FLOOR, mirrored
+from mocap_jax.pose_prior.rotations import joints_of
 from mocap_jax.trajectory import Trajectory
 
 LEGS = (("LeftUpperLeg", "Pelvis"), ("RightUpperLeg", "Pelvis"), ("LeftLowerLeg", "LeftUpperLeg"))
@@ -96,8 +97,8 @@ def test_a_file_comes_back(tmp_path):
     mj.save_pose_prior(tmp_path / "p.json", prior)
     other = mj.load_pose_prior(tmp_path / "p.json")
     assert other.joints == prior.joints and other.name == prior.name
-    np.testing.assert_allclose(other.covariance, prior.covariance, atol=1e-7)
-    np.testing.assert_allclose(other.mean, prior.mean, atol=1e-7)
+    np.testing.assert_allclose(other.covariance, prior.covariance, rtol=1e-8)
+    np.testing.assert_allclose(other.mean, prior.mean, rtol=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -146,6 +147,36 @@ def test_wrong_arguments_of_learning(body):
         mj.learn_pose_prior({"a": swinging(body, 0, 60)}, joints=(("Tail", "Pelvis"),))
     with pytest.raises(InputError, match="'Head' is no ancestor of 'Pelvis'"):
         mj.learn_pose_prior({"a": swinging(body, 0, 60)}, joints=(("Pelvis", "Head"),))
+    with pytest.raises(InputError, match="LeftHand/LeftForeArm is there without RightHand/Right"):
+        mj.learn_pose_prior({"a": swinging(body, 0, 60)}, joints=(("LeftHand", "LeftForeArm"),))
+
+
+@pytest.mark.parametrize("rate", [23.0, 50.0, 75.0])
+def test_what_is_learned_does_not_depend_on_the_rate(rate: float):
+    """A walk at 30 Hz, and at rates that are no multiples of it."""
+    walk = mj.builtin_motion("walking")
+    path = walk.trajectory
+    learned = []
+    for hertz in (30.0, rate):
+        near = np.searchsorted(path.time, np.arange(0, path.time[-1], 1 / hertz))
+        thin = Motion("walk", walk.body, Trajectory(path.time[near], path.q[near]), {})
+        learned.append(mj.learn_pose_prior({"walk": thin}, joints=LEGS[:2]))
+    assert learned[1].correlation_time == pytest.approx(learned[0].correlation_time, rel=0.05)
+    np.testing.assert_allclose(np.diag(learned[1].mobility), np.diag(learned[0].mobility), rtol=0.1)
+
+
+@pytest.mark.parametrize("count", [1, 90])
+def test_somebody_who_does_not_move(body, count: int):
+    q = np.tile(body.qpos0, (count, 1))
+    still = Motion("still", body, Trajectory(np.arange(count) / 30, q), {})
+    prior = mj.learn_pose_prior({"still": still}, joints=LEGS[:2], floor=0.1)
+    np.testing.assert_allclose(prior.covariance, 0.01 * np.eye(6), atol=1e-9)
+    assert prior.correlation_time == pytest.approx(1 / 30)
+
+
+def test_a_body_keeps_the_joints_that_its_tree_has(body):
+    pairs = (("Head", "T8"), ("Pelvis", "Head"), ("Tail", "Pelvis"), ("LeftFoot", "LeftUpperLeg"))
+    assert joints_of(body, pairs) == (pairs[0], pairs[3])
 
 
 def test_mobility_of_a_walk_has_the_stated_floor():

@@ -16,10 +16,12 @@ from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from mocap_jax.body import Body
+from mocap_jax.body.topology import SLIDE
+from mocap_jax.errors import InputError
 from mocap_jax.estimate.sequence.layout import Gaussian, Layout, Terms, Weights
 from mocap_jax.estimate.sequence.window import Window
 from mocap_jax.pose_prior import PosePrior
-from mocap_jax.pose_prior.rotations import segment_pairs
+from mocap_jax.pose_prior.rotations import joints_of, segment_pairs
 from mocap_jax.pose_prior.shares import sharing_joints, unevenness
 from mocap_jax.residuals.pose_prior import pose_prior_rotation, pose_prior_slopes
 from mocap_jax.solution.anatomy import anatomical_frames
@@ -32,22 +34,30 @@ class OnBody(NamedTuple):
     """Body indices of children and parents."""
     gaussian: Gaussian
     inside: np.ndarray
-    """Mask (nv): degrees of freedom of these joints."""
+    """Mask (nv): degrees of freedom that turn these joints."""
     correlation_time: float
     """[s]"""
 
 
 def on_body(body: Body, prior: PosePrior | None, share_sigma: float) -> OnBody | None:
-    """The prior of the joints that a body has; None without a prior or any such joint.
+    """The prior of the joints that a body has; None without a prior.
 
     Args:
         body: the body.
         prior: over joints by name.
         share_sigma: how unevenly joints share what the prior knows of them together [rad].
+
+    Raises:
+        InputError: the body has none of the prior's joints.
     """
-    own = None if prior is None else prior.of_segments(body.topology.body_names)
-    if own is None or not own.joints:
+    if prior is None:
         return None
+    own = prior.of_joints(joints_of(body, prior.joints))
+    if not own.joints:
+        raise InputError(
+            f"pose prior '{prior.name}': none of its joints is in this body, whose segments are "
+            f"{', '.join(body.topology.body_names[1:])}; valid: a prior over these, or None"
+        )
     known = tuple((int(c), int(p)) for c, p in segment_pairs(body, own.joints))
     chains = sharing_joints(body.topology, known)
     joints = known + tuple(pair for chain in chains for pair in chain)
@@ -62,12 +72,20 @@ def on_body(body: Body, prior: PosePrior | None, share_sigma: float) -> OnBody |
         pace = block_diag(_whitening(own.mobility), *uneven)
     return OnBody(
         joints, Gaussian(frames[child], frames[parent] @ mean, whitening, pace),
-        np.asarray(between(body, joints).any(axis=0)), own.correlation_time,
+        between(body, joints).any(axis=0) & ~_slides(body), own.correlation_time,
     )  # fmt: skip
 
 
 def _whitening(covariance: np.ndarray) -> np.ndarray:
     return np.linalg.inv(np.linalg.cholesky(covariance))
+
+
+def _slides(body: Body) -> np.ndarray:
+    """Mask (nv): degrees of freedom that turn nothing."""
+    mask = np.zeros(body.nv, bool)
+    for dof, kind in zip(body.topology.joint_dof, body.topology.joint_types, strict=True):
+        mask[dof] = kind == SLIDE
+    return mask
 
 
 def between(body: Body, joints: tuple[tuple[int, int], ...]) -> np.ndarray:
@@ -92,8 +110,17 @@ def whitened(x: Float[Array, "n j 3"], weights: Weights) -> Float[Array, "n 3j"]
 
 def changes(x: Float[Array, "n j 3"], weights: Weights) -> Float[Array, "n-1 3j"]:
     """Whitened changes from each frame to the next [sqrt(s)]."""
-    flat = x.reshape(len(x), -1)
-    return (flat[1:] - flat[:-1]) @ weights.pose_prior.pace.T
+    return moved(x[:-1], x[1:]) @ weights.pose_prior.pace.T
+
+
+def moved(before: Float[Array, "n j 3"], after: Float[Array, "n j 3"]) -> Float[Array, "n 3j"]:
+    """Changes of rotation vectors [rad]; none where a joint passes half a turn from the mean.
+
+    There its vector jumps to the other end of the chart, which is no motion.
+    """
+    change = after - before
+    far = (change**2).sum(-1, keepdims=True) > np.pi**2
+    return jnp.where(far, 0.0, change).reshape(len(change), -1)
 
 
 def losses(
@@ -132,10 +159,10 @@ def add_normal_blocks(
         terms.pace_information[_shifted(core, -1)],
         terms.pace_information[core],
     )
-    flat = x.reshape(len(x), -1)
-    behind, here, ahead = (flat[_shifted(core, k)] for k in (-1, 0, 1))
-    force = (info[:, None] * here) @ A
-    force = force + (before[:, None] * (here - behind) - after[:, None] * (ahead - here)) @ B
+    behind, here, ahead = (x[_shifted(core, k)] for k in (-1, 0, 1))
+    came, goes = moved(behind, here), moved(here, ahead)
+    force = (info[:, None] * here.reshape(len(here), -1)) @ A
+    force = force + (before[:, None] * came - after[:, None] * goes) @ B
     gradient = gradient + jnp.einsum("civ,ci->cv", rows[:-1], force)
     stiff = jnp.einsum("ij,cjv->civ", B, rows[:-1])
     held = info[:, None, None] * jnp.einsum("ij,cjv->civ", A, rows[:-1])
