@@ -6,7 +6,6 @@ import dataclasses
 import traceback
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from clips import all_clips, load_clip, subject_of

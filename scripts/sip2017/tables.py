@@ -67,8 +67,8 @@ def ratios(cells: list[tuple[Cell, dict]]) -> list[str]:
     """SIP over SOP on the clips and seeds that both have, and the large body over the right one."""
     lines = []
     for one, other, paper in (
-        ("SIP", "SOP", (0.68, 0.54)), ("SIP-AO", "SOP", (0.68, 0.54)), ("SIP-120", "SIP", (1.07, 1.44)),
-        ("SIP-BW", "SIP", (1.01, 1.08)),
+        ("SIP", "SOP", (0.68, 0.54)), ("SIP-AO", "SOP", (0.68, 0.54)),
+        ("SIP-120", "SIP", (1.07, 1.44)), ("SIP-BW", "SIP", (1.01, 1.08)),
     ):  # fmt: skip
         pair = _common(cells, one, other)
         if pair is None:
