@@ -20,8 +20,6 @@ from mocap_jax.errors import SolveError
 from mocap_jax.linalg.arrow import ArrowFactor, BorderBlocks, factor, solve
 
 _EPS = float(np.finfo(float).eps)
-# A factor that is right to this leaves the square of it after one plain correction.
-_NEARLY = 1e-5
 
 
 class Model(Protocol):
@@ -90,6 +88,7 @@ def refine(
     z: Float[np.ndarray, "m"],
     *,
     tolerance: float = 1e-8,
+    nearly: float = 1e-5,
     max_iterations: int = 25,
 ) -> Refined:
     """Minimise the quadratic model by conjugate directions, preconditioned by a rounded factor.
@@ -97,7 +96,8 @@ def refine(
     The gradient is formed anew in every iteration, and every direction is made conjugate to all
     before it: the short recursion of conjugate gradients forgets the few weak directions (a root's
     drift) that this is for, and stagnates a thousand times further off. Where the first correction
-    is below 1e-5 of the solution, rounding has lost little, and that correction is all.
+    is below `nearly` of the solution, rounding has lost little, and that correction is all: it
+    leaves about the square of that.
 
     Args:
         f: factor of (rounded, perhaps shifted) J'J, damping included.
@@ -106,6 +106,7 @@ def refine(
         x: the frames' unknowns to start from, usually the plain solution.
         z: the constants.
         tolerance: relative size of a step below which two steps in a row end the iteration.
+        nearly: relative size of a first correction that is enough.
         max_iterations: largest number of steps; each costs two products and one solve, and keeps
             two vectors.
     """
@@ -124,7 +125,7 @@ def refine(
         residual = -call(at, offset=True)
         direction = directions.conjugate(precondition(residual))
         first = _largest(direction) / max(_largest(at), 1e-300)
-        if not steps and first < _NEARLY:
+        if not steps and first < nearly:
             at = at + direction
             return Refined(at[:size].reshape(x.shape), at[size:], (first,), True)
         image = call(direction, offset=False)

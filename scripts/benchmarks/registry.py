@@ -10,6 +10,7 @@ from benchmarks.memory import peak_memory
 from benchmarks.metric import Metric
 from benchmarks.placement_study import placement_study
 from benchmarks.selected_inverse import selected_inverse
+from benchmarks.sparse_poser import sparse_poser
 from benchmarks.start_up import cold_start, warm_overhead
 
 METRICS: dict[str, Callable[[], Metric]] = {
@@ -21,4 +22,5 @@ METRICS: dict[str, Callable[[], Metric]] = {
     "warm_overhead_s": warm_overhead,
     "peak_memory_gb_20000_frames": peak_memory,
     "placement_study_s": placement_study,
+    "sparse_poser_20_iterations_s": sparse_poser,
 }
