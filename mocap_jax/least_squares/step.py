@@ -14,7 +14,7 @@ from mocap_jax.least_squares.problem import NormalEquations, Problem
 # Relative size of the last steps of a refinement.
 REFINED = 1e-9
 # A plain step right to this needs one correction: the next linearisation corrects what is left.
-_NEARLY = 1e-3
+NEARLY = 1e-3
 
 
 class Factoring:
@@ -97,7 +97,7 @@ def _refined(
         g, gz = problem.model(state, x, z, offset=offset, damping=plain)
         return g + jitter_force(x, damping * problem.bends, band), gz
 
-    done = linalg.refine(f, e.border, model, x, z, tolerance=REFINED, nearly=_NEARLY)
+    done = linalg.refine(f, e.border, model, x, z, tolerance=REFINED, nearly=NEARLY)
     return done.x, done.z
 
 

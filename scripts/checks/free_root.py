@@ -20,7 +20,7 @@ from mocap_jax.body.tangent import velocity_to_tangent
 from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
 from mocap_jax.estimate.sequence.model_gradient import model_gradient, moved_constants
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State
-from mocap_jax.least_squares.step import REFINED
+from mocap_jax.least_squares.step import NEARLY, REFINED
 from mocap_jax.linalg.refine import refine, shifted_factor
 from mocap_jax.residuals.inertial import (
     CONSISTENT,
@@ -80,7 +80,9 @@ def measure(frames: int, *, border: bool) -> StepErrors:
 
     f, shift = shifted_factor(equations.lower, equations.corner, equations.border)
     x, z = linalg.solve(f, -equations.gradient, -equations.corner_gradient, equations.border)
-    refined = refine(f, equations.border, partial(_model, case), x, z, tolerance=REFINED)
+    refined = refine(
+        f, equations.border, partial(_model, case), x, z, tolerance=REFINED, nearly=NEARLY
+    )
     off = float(np.abs(refined.x - x_true)[:, :3].max())
     return StepErrors(
         frames, border, shift, error(x, z), error(refined.x, refined.z), off, refined.steps
@@ -122,7 +124,8 @@ def make(frames: int, *, border: bool, seed: int = 0) -> FreeRoot:
         reference=np.tile(np.asarray(body.qpos0), (2, frames, 1)),
         reference_information=information,
         smoothness_information=inside[:, None] / RATE_HZ / DENSITY * one,
-        limit_information=np.zeros(frames),
+        limit_information=np.zeros(frames), pose_information=np.zeros(frames),
+        pace_information=np.zeros(frames),
     )  # fmt: skip
     layout = Layout(
         topology=body.topology, sites=(body.site_index("board"),), range_sites=(), root_body=1,
