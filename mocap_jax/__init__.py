@@ -72,6 +72,7 @@ if TYPE_CHECKING:
     from mocap_jax.motion import Motion as Motion
     from mocap_jax.motion import ball_jointed as ball_jointed
     from mocap_jax.motion import builtin_motion as builtin_motion
+    from mocap_jax.motion import cut_motion as cut_motion
     from mocap_jax.motion import human as human
     from mocap_jax.motion import human_like as human_like
     from mocap_jax.motion import load_motion as load_motion
@@ -89,6 +90,7 @@ if TYPE_CHECKING:
     from mocap_jax.pose_prior import save_pose_prior as save_pose_prior
     from mocap_jax.recording import Recording as Recording
     from mocap_jax.recording import Setup as Setup
+    from mocap_jax.recording import cut as cut
     from mocap_jax.report import write_animation as write_animation
     from mocap_jax.report import write_report as write_report
     from mocap_jax.simulation import SimulationOptions as SimulationOptions
@@ -121,15 +123,15 @@ _HOME = {
     ),
     "metrics": ("chi_square_band", "coverage", "evaluate", "joint_consistency", "nees", "nis"),
     "motion": (
-        "BUILTIN_MOTIONS", "Motion", "ball_jointed", "builtin_motion", "human", "human_like",
-        "load_motion", "retarget", "retarget_errors", "segment_lengths", "with_segment_lengths",
+        "BUILTIN_MOTIONS", "Motion", "ball_jointed", "builtin_motion", "cut_motion", "human",
+        "human_like", "load_motion", "retarget", "retarget_errors", "segment_lengths", "with_segment_lengths",
     ),
     "placement": ("PlacementOptions", "PlacementStudy", "place"),
     "pose_prior": (
         "PosePrior", "default_pose_prior", "learn_pose_prior", "load_pose_prior",
         "save_pose_prior",
     ),
-    "recording": ("Recording", "Setup"),
+    "recording": ("Recording", "Setup", "cut"),
     "report": ("write_animation", "write_report"),
     "simulation": ("SimulationOptions", "simulate"),
     "solution": ("Solution", "Status", "determination", "uncertainty"),

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import sys
 from typing import TYPE_CHECKING
 
 from mocap_jax.cli.exit_codes import SALVAGED, SUCCESS, UsageError, unknown_choice
 from mocap_jax.cli.files import output_file
 from mocap_jax.cli.parser import positive_float
+from mocap_jax.cli.stretch import add_cut_arguments, cut_as_asked
 
 if TYPE_CHECKING:
     from mocap_jax.body import Body
@@ -88,6 +90,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             f"--{key.replace('_', '-')}", metavar="NAME" if key == "format" else
             "|".join(choices), help=_HELP[key],
         )  # fmt: skip
+    add_cut_arguments(parser)
     parser.add_argument("--strict", action="store_true", help="findings of the checks are errors")
 
 
@@ -107,10 +110,11 @@ def run(arguments: argparse.Namespace) -> int:
         progress=sys.stderr.isatty(),
     )
     source = arguments.sources[0]
+    recording = cut_as_asked(arguments, result.recording, source)
     for text in (*result.findings, *result.recording.salvage):
         print(f"mocap-jax: warning: {source}: {text}", file=sys.stderr)
-    print(summary(result))
-    write_recording(output, result.recording)
+    print(summary(dataclasses.replace(result, recording=recording)))
+    write_recording(output, recording)
     print(f"wrote {output}")
     return SALVAGED if result.recording.salvage else SUCCESS
 

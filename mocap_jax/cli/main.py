@@ -15,6 +15,7 @@ from typing import Any, cast
 from mocap_jax import __version__
 from mocap_jax.cli import (
     convert,
+    cut,
     decode,
     demo,
     evaluate,
@@ -35,6 +36,7 @@ VERBS: dict[str, ModuleType] = {
     "simulate": simulate,
     "decode": decode,
     "convert": convert,
+    "cut": cut,
     "reconstruct": reconstruct,
     "place": place,
     "evaluate": evaluate,

@@ -19,6 +19,7 @@ from mocap_jax.cli.results import (
     to_json,
     write_json,
 )
+from mocap_jax.cli.stretch import add_cut_arguments, cut_as_asked, cut_remarks
 from mocap_jax.errors import InputError
 
 if TYPE_CHECKING:
@@ -72,6 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="; ".join(f"{name}: {preset.summary}" for name, preset in PRESETS.items()),
     )
+    add_cut_arguments(parser)
     add_json_argument(parser)
 
 
@@ -89,7 +91,8 @@ def run(arguments: argparse.Namespace) -> int:
     from mocap_jax.io import validate_recording, write_solution
 
     body = load_body(arguments.body) if arguments.body else None
-    recording = read_input(source)
+    whole = read_input(source)
+    recording = cut_as_asked(arguments, whole, str(source))
     validate_recording(recording, body, name=str(source), body_name=arguments.body or "body.xml")
     _check_root(arguments, recording, source)
     suspicions = _suspicions(recording, body, source)
@@ -106,7 +109,9 @@ def run(arguments: argparse.Namespace) -> int:
         contacts=arguments.contacts,
         progress=sys.stderr.isatty(),
     )
-    remarks = tuple(dict.fromkeys((*suspicions, *solution.remarks, *recording.salvage)))
+    remarks = tuple(dict.fromkeys(
+        (*cut_remarks(whole, recording), *suspicions, *solution.remarks, *recording.salvage)
+    ))  # fmt: skip
     solution = dataclasses.replace(solution, remarks=remarks)
     print(describe_solution(solution))
     errors = errors_against_truth(solution, recording) if solution.status.ok else None

@@ -11,6 +11,7 @@ from mocap_jax.cli.body_choice import HUMAN, add_body_arguments, chosen_body
 from mocap_jax.cli.exit_codes import SUCCESS, UsageError, unknown_choice
 from mocap_jax.cli.files import output_file
 from mocap_jax.cli.parser import count, number_between
+from mocap_jax.cli.stretch import named_stretch, with_stretch
 from mocap_jax.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "motion",
         metavar="MOTION",
         help="motion file (.amc with its .asf beside it, .bvh, .npz) or a built-in motion: "
-        "routine, walking",
+        "routine, walking; NAME:START-END takes a stretch of it [s]",
     )
     parser.add_argument("-o", "--output", metavar="REC", required=True, help="recording to write")
     parser.add_argument(
@@ -143,12 +144,13 @@ def _run_raw(
 def _load_motion(arguments: argparse.Namespace) -> Motion:
     from mocap_jax.motion import BUILTIN_MOTIONS, builtin_motion, load_motion
 
+    arguments.motion, stretch = named_stretch(arguments.motion)
     if arguments.motion in BUILTIN_MOTIONS:
         _refuse_file_options(arguments)
         body = chosen_body(arguments)
         if arguments.motion == "routine" or arguments.body in (None, HUMAN):
-            return builtin_motion(arguments.motion, body)
-        return _on_body(builtin_motion(arguments.motion), body)
+            return with_stretch(builtin_motion(arguments.motion, body), stretch)
+        return _on_body(with_stretch(builtin_motion(arguments.motion), stretch), body)
     if not Path(arguments.motion).exists() and not Path(arguments.motion).suffix:
         known = ", ".join(BUILTIN_MOTIONS)
         raise InputError(
@@ -165,7 +167,7 @@ def _load_motion(arguments: argparse.Namespace) -> Motion:
             raise
         load_motion(arguments.motion, **options)  # a fault of the file itself is raised here
         raise UsageError(f"--skip {arguments.skip}: {error}") from error
-    return _on_body(motion, chosen_body(arguments, motion))
+    return _on_body(with_stretch(motion, stretch), chosen_body(arguments, motion))
 
 
 def _on_body(motion: Motion, body: Body | None) -> Motion:
