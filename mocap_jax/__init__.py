@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from mocap_jax.compilation_cache import enable_compilation_cache as enable_compilation_cache
     from mocap_jax.conversion import ConvertOptions as ConvertOptions
     from mocap_jax.conversion import convert as convert
+    from mocap_jax.conversion import worn_by as worn_by
     from mocap_jax.errors import InputError as InputError
     from mocap_jax.errors import MocapError as MocapError
     from mocap_jax.errors import SolveError as SolveError
@@ -104,7 +105,7 @@ if TYPE_CHECKING:
 _HOME = {
     "body": ("Body", "difference", "frames", "load_body", "retract", "site_frames", "transport"),
     "compilation_cache": ("enable_compilation_cache",),
-    "conversion": ("ConvertOptions", "convert"),
+    "conversion": ("ConvertOptions", "convert", "worn_by"),
     "errors": ("InputError", "MocapError", "SolveError"),
     "estimate": (
         "ConstantsOptions", "ContactOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions",

@@ -8,9 +8,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mocap_jax.cli.body_choice import HUMAN, add_body_arguments, chosen_body
+from mocap_jax.cli.body_choice import add_body_arguments, chosen_body
 from mocap_jax.cli.exit_codes import SUCCESS, UsageError
 from mocap_jax.cli.files import output_folder, write_text
+from mocap_jax.cli.human_text import is_human
 from mocap_jax.cli.parser import count, number_between, positive_float
 from mocap_jax.cli.stretch import named_stretch, with_stretch
 from mocap_jax.errors import InputError
@@ -163,7 +164,7 @@ def _motion(text: str, arguments: argparse.Namespace) -> Motion:
 
     name, stretch = named_stretch(text)
     if name in BUILTIN_MOTIONS:
-        own = arguments.body in (None, HUMAN)
+        own = arguments.body is None or is_human(arguments.body)
         body: Body | None = (chosen_body(arguments) or human()) if own else chosen_body(arguments)
         motion = builtin_motion(name, body if own or name == "routine" else None)
     elif not Path(name).exists() and not Path(name).suffix:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from mocap_jax.cli.exit_codes import FAILURE, UsageError, unknown_choice
 from mocap_jax.cli.files import exit_code, output_file, read_input
+from mocap_jax.cli.human_text import HUMAN_FORM, human_of, is_human, read_human
 from mocap_jax.cli.methods import METHODS, PRESETS, solve
 from mocap_jax.cli.parser import add_json_argument, sensor_kinds
 from mocap_jax.cli.results import (
@@ -39,8 +40,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--body",
         metavar="XML",
-        help="MJCF body or OpenSim model (.osim) with the sensors' sites (default: the "
-        "recording's)",
+        help=f"MJCF body or OpenSim model (.osim) with the sensors' sites, or {HUMAN_FORM} (the "
+        "built-in one, which wears the sensors where the recording says); default: the recording's",
     )
     parser.add_argument(
         "--method",
@@ -87,12 +88,13 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.output or source.with_name(f"{source.stem}.solution.mcap"), (".mcap",)
     )
     json_file = output_file(arguments.json) if arguments.json else None
-    from mocap_jax.body import load_body
     from mocap_jax.io import validate_recording, write_solution
 
-    body = load_body(arguments.body) if arguments.body else None
+    body = _body(arguments.body)
     whole = read_input(source)
     recording = cut_as_asked(arguments, whole, str(source))
+    if is_human(arguments.body):
+        recording, body = _dressed(recording, body, source, arguments.body)
     validate_recording(recording, body, name=str(source), body_name=arguments.body or "body.xml")
     _check_root(arguments, recording, source)
     suspicions = _suspicions(recording, body, source)
@@ -128,6 +130,30 @@ def run(arguments: argparse.Namespace) -> int:
     write_solution(output, solution)
     print(f"wrote {output}")
     return exit_code(recording)
+
+
+def _body(text: str | None) -> Body | None:
+    """The body asked for; None for the recording's."""
+    if is_human(text):
+        return human_of(read_human(text or ""))
+    from mocap_jax.body import load_body
+
+    return load_body(text) if text else None
+
+
+def _dressed(
+    recording: Recording, body: Body | None, source: Path, text: str
+) -> tuple[Recording, Body]:
+    """The recording on the built-in human, and the human with its sensors."""
+    from mocap_jax.body import load_body
+    from mocap_jax.conversion import worn_by
+
+    assert body is not None
+    try:
+        recording = worn_by(recording, body)
+    except InputError as error:
+        raise InputError(f"{source}: --body {text}: {error}") from error
+    return recording, load_body(recording.body_xml or "")
 
 
 def _suspicions(recording: Recording, body: Body | None, source: Path) -> tuple[str, ...]:
