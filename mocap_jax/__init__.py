@@ -125,7 +125,8 @@ _HOME = {
     "metrics": ("chi_square_band", "coverage", "evaluate", "joint_consistency", "nees", "nis"),
     "motion": (
         "BUILTIN_MOTIONS", "Motion", "ball_jointed", "builtin_motion", "cut_motion", "human",
-        "human_like", "load_motion", "retarget", "retarget_errors", "segment_lengths", "with_segment_lengths",
+        "human_like", "load_motion", "retarget", "retarget_errors", "segment_lengths",
+        "with_segment_lengths",
     ),
     "placement": ("PlacementOptions", "PlacementStudy", "place"),
     "pose_prior": (

@@ -11,8 +11,9 @@ from mocap_jax.cli.stretch import add_cut_arguments, cut_as_asked, cut_remarks
 
 SUMMARY = "cut a stretch out of a recording"
 EXAMPLE = "mocap-jax cut walk.mcap -o steps.mcap --from 3 --to 8"
-NOTE = """Times stay seconds since the start of the whole recording, so that the stretch can be compared
-with the whole. A rest hold keeps what lies inside (it is dropped where that is less than 0.5 s)."""
+NOTE = """Times stay seconds since the start of the whole recording, so that the stretch can be
+compared with the whole. A rest hold keeps what lies inside (it is dropped where that is less
+than 0.5 s)."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -157,10 +157,11 @@ def _dressed(
 
 
 def _suspicions(recording: Recording, body: Body | None, source: Path) -> tuple[str, ...]:
-    """Sensors that look swapped, turned or of wrong unit: said at once, and again as remarks."""
+    """Sensors that look swapped, turned, cut short or of wrong unit: said now and in remarks."""
     from mocap_jax.initialise import check_sensors
+    from mocap_jax.recording import ragged_ends
 
-    sentences = check_sensors(recording, body).sentences
+    sentences = (*check_sensors(recording, body).sentences, *ragged_ends(recording))
     for sentence in sentences:
         print(f"mocap-jax: warning: {source}: {sentence}", file=sys.stderr)
     return sentences

@@ -23,5 +23,6 @@ __all__ = [
     "BUILTIN_MOTIONS", "MOTION_SUFFIXES", "SCALED_SUFFIXES", "SKELETON_SUFFIXES", "TIP_PREFIX",
     "XSENS_SEGMENTS", "Motion", "ball_jointed", "body_from_asf", "body_from_bvh",
     "builtin_motion", "cut_motion", "human", "human_like", "load_motion", "retarget",
-    "retarget_errors", "retarget_table", "segment_lengths", "segment_tip", "with_segment_lengths", "xsens_name",
+    "retarget_errors", "retarget_table", "segment_lengths", "segment_tip", "with_segment_lengths",
+    "xsens_name",
 ]  # fmt: skip
