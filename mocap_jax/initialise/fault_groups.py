@@ -21,10 +21,8 @@ def grouped_faults(faults: dict[str, tuple[str, ...]]) -> tuple[str, ...]:
     lines = []
     for members in groups.values():
         names = [name for name, _ in members]
-        who = f"All {len(names)} sensors" if len(names) == len(faults) > 2 else (
-            f"Sensor{'s' * (len(names) > 1)} {', '.join(names)}"
-        )  # fmt: skip
-        lines.append(f"{who}: {_merged([text for _, text in members])}.")
+        merged = _merged([text for _, text in members])
+        lines.append(f"Sensor{'s' * (len(names) > 1)} {', '.join(names)}: {merged}.")
     return tuple(lines)
 
 
