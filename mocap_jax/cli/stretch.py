@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from mocap_jax.cli.exit_codes import UsageError
 from mocap_jax.cli.parser import seconds
@@ -51,7 +51,21 @@ def add_cut_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def cut_as_asked(arguments: argparse.Namespace, recording: Recording, path: str) -> Recording:
+class Asked(Protocol):
+    """Arguments of `add_cut_arguments`, parsed."""
+
+    @property
+    def start(self) -> float | None:
+        """[s]"""
+
+    @property
+    def stop(self) -> float | None:
+        """[s]"""
+
+
+def cut_as_asked(
+    arguments: Asked | argparse.Namespace, recording: Recording, path: str
+) -> Recording:
     """The recording, or what `--from` and `--to` leave of it.
 
     Raises:

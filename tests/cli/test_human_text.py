@@ -8,7 +8,7 @@ import dataclasses
 import pytest
 
 from mocap_jax.body import load_body
-from mocap_jax.cli import reconstruct
+from mocap_jax.cli import estimate_recording
 from mocap_jax.cli.body_choice import add_body_arguments, chosen_body
 from mocap_jax.cli.exit_codes import UsageError
 from mocap_jax.cli.human_text import HumanSize, human_of, is_human, read_human
@@ -64,7 +64,7 @@ def solved(monkeypatch: pytest.MonkeyPatch) -> list:
         given.append((recording, body))
         raise InputError("enough")
 
-    monkeypatch.setattr(reconstruct, "solve", solve)
+    monkeypatch.setattr(estimate_recording, "solve", solve)
     return given
 
 
