@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from mocap_jax.simulation import SimulationOptions, Suit
 
 SUMMARY = "simulate the sensors of a person who performs a known motion"
-EXAMPLE = "mocap-jax simulate walk.amc -o walk.mcap --profile field --seed 1"
+EXAMPLE = "mocap-jax simulate walking:0-3 -o walk.mcap --profile field --seed 1"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
