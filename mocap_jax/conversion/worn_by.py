@@ -81,7 +81,8 @@ def _with_sites(own: Body, body: Body, names: list[str]) -> Body:
 
     topology = own.topology
     lengths, longer = segment_lengths(own), segment_lengths(body)
-    boards, sources = [], []
+    boards: list[Mounting] = []
+    sources: list[Mounting] = []
     for name in names:
         i = own.site_index(name)
         segment = topology.body_names[topology.site_body[i]]
