@@ -7,15 +7,11 @@ from __future__ import annotations
 
 import ast
 import shutil
-import sys
 import warnings
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-
 from doc_snippets import PAGES, ROOT, code_of, undefined_names, wrong_uses
 
 import mocap_jax as mj
