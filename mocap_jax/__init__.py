@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from mocap_jax.compilation_cache import enable_compilation_cache as enable_compilation_cache
     from mocap_jax.conversion import ConvertOptions as ConvertOptions
     from mocap_jax.conversion import convert as convert
+    from mocap_jax.conversion import worn_by as worn_by
     from mocap_jax.errors import InputError as InputError
     from mocap_jax.errors import MocapError as MocapError
     from mocap_jax.errors import SolveError as SolveError
@@ -72,6 +73,7 @@ if TYPE_CHECKING:
     from mocap_jax.motion import Motion as Motion
     from mocap_jax.motion import ball_jointed as ball_jointed
     from mocap_jax.motion import builtin_motion as builtin_motion
+    from mocap_jax.motion import cut_motion as cut_motion
     from mocap_jax.motion import human as human
     from mocap_jax.motion import human_like as human_like
     from mocap_jax.motion import load_motion as load_motion
@@ -89,6 +91,7 @@ if TYPE_CHECKING:
     from mocap_jax.pose_prior import save_pose_prior as save_pose_prior
     from mocap_jax.recording import Recording as Recording
     from mocap_jax.recording import Setup as Setup
+    from mocap_jax.recording import cut as cut
     from mocap_jax.report import write_animation as write_animation
     from mocap_jax.report import write_report as write_report
     from mocap_jax.simulation import SimulationOptions as SimulationOptions
@@ -102,7 +105,7 @@ if TYPE_CHECKING:
 _HOME = {
     "body": ("Body", "difference", "frames", "load_body", "retract", "site_frames", "transport"),
     "compilation_cache": ("enable_compilation_cache",),
-    "conversion": ("ConvertOptions", "convert"),
+    "conversion": ("ConvertOptions", "convert", "worn_by"),
     "errors": ("InputError", "MocapError", "SolveError"),
     "estimate": (
         "ConstantsOptions", "ContactOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions",
@@ -121,15 +124,16 @@ _HOME = {
     ),
     "metrics": ("chi_square_band", "coverage", "evaluate", "joint_consistency", "nees", "nis"),
     "motion": (
-        "BUILTIN_MOTIONS", "Motion", "ball_jointed", "builtin_motion", "human", "human_like",
-        "load_motion", "retarget", "retarget_errors", "segment_lengths", "with_segment_lengths",
+        "BUILTIN_MOTIONS", "Motion", "ball_jointed", "builtin_motion", "cut_motion", "human",
+        "human_like", "load_motion", "retarget", "retarget_errors", "segment_lengths",
+        "with_segment_lengths",
     ),
     "placement": ("PlacementOptions", "PlacementStudy", "place"),
     "pose_prior": (
         "PosePrior", "default_pose_prior", "learn_pose_prior", "load_pose_prior",
         "save_pose_prior",
     ),
-    "recording": ("Recording", "Setup"),
+    "recording": ("Recording", "Setup", "cut"),
     "report": ("write_animation", "write_report"),
     "simulation": ("SimulationOptions", "simulate"),
     "solution": ("Solution", "Status", "determination", "uncertainty"),

@@ -23,7 +23,8 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("initialise",),
     ("estimate", "conversion"),
     ("placement",),
-    ("report",),
+    ("report", "batch"),
+    ("view",),
     ("cli",),
 )
 LAYER_OF = {room: layer for layer, rooms in enumerate(LAYERS) for room in rooms}

@@ -6,6 +6,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from mocap_jax.cli.exit_codes import UsageError, unknown_choice, value_of
+from mocap_jax.cli.human_text import HUMAN, HUMAN_FORM, HumanSize, human_of, is_human, read_human
 from mocap_jax.cli.parser import positive_float
 from mocap_jax.errors import InputError
 
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
     from mocap_jax.body import Body
     from mocap_jax.motion import Motion
 
-HUMAN, LIKE_CLIP = "human", "human-like-clip"
+LIKE_CLIP = "human-like-clip"
 _OPTIONS = ("height", "mass", "sex", "length")
 
 
@@ -22,8 +23,9 @@ def add_body_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--body",
         metavar="XML",
-        help=f"retarget the motion to this MJCF body or OpenSim model (.osim), to '{HUMAN}' (the "
-        f"built-in one) or to '{LIKE_CLIP}' (with the clip's segment lengths); default: its own",
+        help=f"retarget the motion to this MJCF body or OpenSim model (.osim), to {HUMAN_FORM} "
+        f"(the built-in one) or to '{LIKE_CLIP}' (with the clip's segment lengths); default: its "
+        f"own",
     )
     parser.add_argument("--height", type=positive_float, metavar="M", help="stature of the human")
     parser.add_argument("--mass", type=positive_float, metavar="KG", help="its mass")
@@ -51,7 +53,7 @@ def chosen_body(arguments: argparse.Namespace, motion: Motion | None = None) -> 
     if arguments.body == LIKE_CLIP:
         return _like_clip(arguments, motion, given)
     # A built-in motion is the human's own anyway.
-    if arguments.body == HUMAN or (arguments.body is None and motion is None and given):
+    if is_human(arguments.body) or (arguments.body is None and motion is None and given):
         return _human(arguments)
     if given:
         raise UsageError(f"--{given[0]} is for --body {HUMAN}")
@@ -70,18 +72,17 @@ def _check_sex(sex: str) -> None:
 
 
 def _human(arguments: argparse.Namespace) -> Body:
-    from mocap_jax.motion import human
-    from mocap_jax.motion.human import check_size
-
-    height, mass = arguments.height, arguments.mass
-    height = 1.75 if height is None else height
-    mass = 70.0 * (height / 1.75) ** 2 if mass is None else mass
-    with value_of("--height"):
-        check_size(height=height)
-    with value_of("--mass"):
-        check_size(mass=mass)
+    size = read_human(arguments.body or HUMAN)
+    for option in ("height", "mass", "sex"):
+        if getattr(arguments, option) is not None and getattr(size, option) is not None:
+            raise UsageError(f"--{option} and --body {arguments.body}: {option} is given twice")
     with value_of("--length"):
-        return human(height, mass, arguments.sex, _lengths(arguments.length or []))
+        lengths = _lengths(arguments.length or [])
+    return human_of(HumanSize(
+        arguments.height if size.height is None else size.height,
+        arguments.mass if size.mass is None else size.mass,
+        arguments.sex if size.sex is None else size.sex, {**size.lengths, **lengths},
+    ))  # fmt: skip
 
 
 def _like_clip(arguments: argparse.Namespace, motion: Motion | None, given: list[str]) -> Body:

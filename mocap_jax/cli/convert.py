@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import sys
 from typing import TYPE_CHECKING
 
 from mocap_jax.cli.exit_codes import SALVAGED, SUCCESS, UsageError, unknown_choice
 from mocap_jax.cli.files import output_file
+from mocap_jax.cli.human_text import HUMAN_FORM, human_of, is_human, read_human
 from mocap_jax.cli.parser import positive_float
+from mocap_jax.cli.stretch import add_cut_arguments, cut_as_asked
 
 if TYPE_CHECKING:
     from mocap_jax.body import Body
@@ -77,8 +80,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--body",
         metavar="XML",
-        help="MJCF body to wear the sensors as the mapping says, 'human' (the built-in one) or "
-        "'mvn' (the character of an MVNX file); default: none",
+        help=f"MJCF body to wear the sensors as the mapping says, {HUMAN_FORM} (the built-in one) "
+        "or 'mvn' (the character of an MVNX file); default: none",
     )
     parser.add_argument("--height", type=positive_float, metavar="M", help="of --body human (1.75)")
     parser.add_argument("--rate", type=positive_float, metavar="HZ", help="sampling rate")
@@ -88,6 +91,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             f"--{key.replace('_', '-')}", metavar="NAME" if key == "format" else
             "|".join(choices), help=_HELP[key],
         )  # fmt: skip
+    add_cut_arguments(parser)
     parser.add_argument("--strict", action="store_true", help="findings of the checks are errors")
 
 
@@ -107,10 +111,11 @@ def run(arguments: argparse.Namespace) -> int:
         progress=sys.stderr.isatty(),
     )
     source = arguments.sources[0]
+    recording = cut_as_asked(arguments, result.recording, source)
     for text in (*result.findings, *result.recording.salvage):
         print(f"mocap-jax: warning: {source}: {text}", file=sys.stderr)
-    print(summary(result))
-    write_recording(output, result.recording)
+    print(summary(dataclasses.replace(result, recording=recording)))
+    write_recording(output, recording)
     print(f"wrote {output}")
     return SALVAGED if result.recording.salvage else SUCCESS
 
@@ -139,7 +144,7 @@ def _options(arguments: argparse.Namespace) -> ConvertOptions:
         if value is not None and value not in choices:
             option = f"--{key.replace('_', '-')}"
             raise unknown_choice(option, key.replace("_", " "), value, choices)
-    if arguments.height is not None and arguments.body != "human":
+    if arguments.height is not None and not is_human(arguments.body):
         raise UsageError("--height is for --body human")
     from mocap_jax.conversion import ConvertOptions
 
@@ -154,13 +159,11 @@ def _options(arguments: argparse.Namespace) -> ConvertOptions:
 
 
 def _body(arguments: argparse.Namespace) -> Body | str | None:
-    if arguments.body != "human":
+    if not is_human(arguments.body):
         return arguments.body
-    from mocap_jax.cli.exit_codes import value_of
-    from mocap_jax.motion import human
-    from mocap_jax.motion.human import check_size
-
-    height = arguments.height or 1.75
-    with value_of("--height"):
-        check_size(height=height)
-    return human(height, 70.0 * (height / 1.75) ** 2)
+    size = read_human(arguments.body)
+    if arguments.height is not None:
+        if size.height is not None:
+            raise UsageError(f"--height and --body {arguments.body}: height is given twice")
+        size = size._replace(height=arguments.height)
+    return human_of(size)

@@ -7,14 +7,14 @@ import os
 import signal
 import sys
 import traceback
-import warnings
 from collections.abc import Sequence
 from types import ModuleType
-from typing import Any, cast
 
 from mocap_jax import __version__
 from mocap_jax.cli import (
+    batch,
     convert,
+    cut,
     decode,
     demo,
     evaluate,
@@ -24,10 +24,12 @@ from mocap_jax.cli import (
     reconstruct,
     report,
     simulate,
+    view,
 )
 from mocap_jax.cli.exit_codes import FAILURE, USAGE, UsageError
 from mocap_jax.cli.files import keep_inputs
 from mocap_jax.cli.parser import Parser, add_common_arguments
+from mocap_jax.cli.process import prepare_process
 from mocap_jax.errors import MocapError
 
 VERBS: dict[str, ModuleType] = {
@@ -35,12 +37,15 @@ VERBS: dict[str, ModuleType] = {
     "simulate": simulate,
     "decode": decode,
     "convert": convert,
+    "cut": cut,
     "reconstruct": reconstruct,
+    "batch": batch,
     "place": place,
     "evaluate": evaluate,
     "info": info,
     "export": export,
     "report": report,
+    "view": view,
 }
 """Each module gives `SUMMARY`, `EXAMPLE`, `add_arguments(parser)`, `run(arguments) -> int` and, if
 its help says more, `NOTE`."""
@@ -107,19 +112,6 @@ def _note(module: ModuleType) -> str:
     return f"\n\n{note}" if note else ""
 
 
-def prepare_process() -> None:
-    """Compilation cache on, BLAS on one thread, warnings as single lines."""
-    import scipy.linalg  # noqa: F401  (its BLAS must be loaded before it can be limited)
-    from threadpoolctl import threadpool_limits
-
-    from mocap_jax.compilation_cache import enable_compilation_cache
-
-    enable_compilation_cache()
-    # Small-matrix LAPACK on several threads was up to 30 times slower than on one.
-    threadpool_limits(limits=1, user_api="blas")
-    warnings.showwarning = cast(Any, _show_warning)
-
-
 def describe(error: Exception) -> str:
     """One line about an error, with a hint where it is not one of ours."""
     if isinstance(error, OSError) and error.filename is not None:
@@ -133,9 +125,3 @@ def describe(error: Exception) -> str:
         f"unexpected {type(error).__name__}: {text[:300]} "
         "(add --traceback to see where, and please report it)"
     )
-
-
-def _show_warning(message: Warning | str, category: type[Warning], *where: Any) -> None:
-    del where
-    if issubclass(category, UserWarning | RuntimeWarning):
-        print(f"mocap-jax: warning: {' '.join(str(message).split())}", file=sys.stderr)

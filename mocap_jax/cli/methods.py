@@ -60,6 +60,7 @@ def solve(
     smooth: bool = False,
     sparse: bool = False,
     contacts: bool = False,
+    initial: Solution | None = None,
     progress: bool = False,
 ) -> Solution:
     """Estimate with one of `METHODS`.
@@ -75,6 +76,7 @@ def solve(
         smooth: with "ekf", run the backward smoother as well.
         sparse: with "optimise", use `sparse_options`.
         contacts: with "optimise", hold standing feet (`ContactOptions`).
+        initial: with "optimise" and "orientation", where to start instead of the filter.
         progress: show progress bars on stderr.
     """
     from mocap_jax.estimate import EkfOptions, ekf
@@ -87,8 +89,7 @@ def solve(
         return ekf(recording, body, options=filtering, progress=progress)
     from mocap_jax.estimate import ContactOptions, OptimiseOptions, optimise, sparse_options
 
-    initial = None
-    if process != "white_jerk":
+    if initial is None and process != "white_jerk":
         smoothing = EkfOptions(
             kinds=kinds, root=root, process=process, smooth=True, covariance=False
         )

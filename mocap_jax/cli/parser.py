@@ -90,3 +90,14 @@ def count(text: str) -> int:
     if value < 0:
         raise argparse.ArgumentTypeError(f"'{text}' is not an integer of zero or more")
     return value
+
+
+def seconds(text: str) -> float:
+    """Read a time of a recording, zero or more (an argparse type)."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not 0.0 <= value < float("inf"):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a time in seconds, zero or more")
+    return value

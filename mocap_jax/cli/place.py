@@ -8,10 +8,12 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mocap_jax.cli.body_choice import HUMAN, add_body_arguments, chosen_body
+from mocap_jax.cli.body_choice import add_body_arguments, chosen_body
 from mocap_jax.cli.exit_codes import SUCCESS, UsageError
 from mocap_jax.cli.files import output_folder, write_text
+from mocap_jax.cli.human_text import is_human
 from mocap_jax.cli.parser import count, number_between, positive_float
+from mocap_jax.cli.stretch import named_stretch, with_stretch
 from mocap_jax.errors import InputError
 
 if TYPE_CHECKING:
@@ -160,9 +162,9 @@ def _motion(text: str, arguments: argparse.Namespace) -> Motion:
     """A motion or a stretch of one, on the body of the study."""
     from mocap_jax.motion import BUILTIN_MOTIONS, builtin_motion, human, load_motion, retarget
 
-    name, stretch = _stretch(text)
+    name, stretch = named_stretch(text)
     if name in BUILTIN_MOTIONS:
-        own = arguments.body in (None, HUMAN)
+        own = arguments.body is None or is_human(arguments.body)
         body: Body | None = (chosen_body(arguments) or human()) if own else chosen_body(arguments)
         motion = builtin_motion(name, body if own or name == "routine" else None)
     elif not Path(name).exists() and not Path(name).suffix:
@@ -173,30 +175,4 @@ def _motion(text: str, arguments: argparse.Namespace) -> Motion:
         body = chosen_body(arguments, motion) or human()
     if body is not None and body.xml != motion.body.xml:
         motion = retarget(motion, body)
-    return motion if stretch is None else _cut(motion, text, *stretch)
-
-
-def _stretch(text: str) -> tuple[str, tuple[float, float] | None]:
-    """`walk.amc:2-7` is the stretch from 2 to 7 s."""
-    name, colon, stretch = text.rpartition(":")
-    if not colon:
-        return text, None
-    start, _, end = stretch.partition("-")
-    try:
-        return name, (float(start), float(end))
-    except ValueError:
-        return text, None
-
-
-def _cut(motion: Motion, text: str, start: float, end: float) -> Motion:
-    import dataclasses
-
-    import numpy as np
-
-    path = motion.trajectory
-    time = np.asarray(path.time) - float(path.time[0])
-    kept = (time >= start) & (time <= end)
-    if kept.sum() < 8:
-        raise InputError(f"{text}: no such stretch; the motion lasts {time[-1]:.1f} s")
-    shorter = dataclasses.replace(path, time=time[kept] - start, q=np.asarray(path.q)[kept], v=None)
-    return dataclasses.replace(motion, name=text, trajectory=shorter)
+    return with_stretch(motion, stretch)

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mocap_jax.cli.body_choice import HUMAN, add_body_arguments, chosen_body
+from mocap_jax.cli.body_choice import add_body_arguments, chosen_body
 from mocap_jax.cli.exit_codes import SUCCESS, UsageError, unknown_choice
 from mocap_jax.cli.files import output_file
+from mocap_jax.cli.human_text import is_human
 from mocap_jax.cli.parser import count, number_between
+from mocap_jax.cli.simulation_choices import (
+    add_recording_arguments,
+    refuse_for_raw,
+    simulation_options,
+)
+from mocap_jax.cli.stretch import named_stretch, with_stretch
 from mocap_jax.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,7 +25,7 @@ if TYPE_CHECKING:
     from mocap_jax.simulation import SimulationOptions, Suit
 
 SUMMARY = "simulate the sensors of a person who performs a known motion"
-EXAMPLE = "mocap-jax simulate walk.amc -o walk.mcap --profile field --seed 1"
+EXAMPLE = "mocap-jax simulate walking:0-3 -o walk.mcap --profile field --seed 1"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "motion",
         metavar="MOTION",
         help="motion file (.amc with its .asf beside it, .bvh, .npz) or a built-in motion: "
-        "routine, walking",
+        "routine, walking; NAME:START-END takes a stretch of it [s]",
     )
     parser.add_argument("-o", "--output", metavar="REC", required=True, help="recording to write")
     parser.add_argument(
@@ -36,9 +42,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="suit to wear: a set-up file, or sip6_head, sip6_tnt15 (six boards) or tnt15 (ten); "
         "default: 18 boards, 8 sources",
     )  # fmt: skip
-    parser.add_argument(
-        "--orientations", action="store_true", help="boards report their orientation as well"
-    )
     parser.add_argument(
         "--profile",
         default="paper",
@@ -58,35 +61,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scale", type=number_between(1e-4, 10), metavar="M", help="metres per file unit"
     )
     parser.add_argument("--skip", type=count, metavar="N", help="leading frames to leave out")
-    parser.add_argument(
-        "--cutoff",
-        type=number_between(0.1, 1e3),
-        metavar="HZ",
-        help="low-pass of the motion (default 12)",
-    )
+    add_recording_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the verb."""
     output = output_file(arguments.output, (".mcap",))
-    if arguments.raw and arguments.orientations:
-        raise UsageError("--orientations: the driver box's telemetry carries none; leave out --raw")
+    if arguments.raw:
+        refuse_for_raw(arguments)
     from mocap_jax.io import write_recording
-    from mocap_jax.simulation import (
-        PROFILES,
-        SUITS,
-        SimulationOptions,
-        load_suit,
-        named_suit,
-        simulate,
-    )
+    from mocap_jax.simulation import PROFILES, SUITS, load_suit, named_suit, simulate
     from mocap_jax.simulation.mounting import with_shapes
 
     if arguments.profile not in PROFILES:
         raise unknown_choice("--profile", "profile", arguments.profile, PROFILES)
-    options = SimulationOptions(orientations=arguments.orientations)
-    if arguments.cutoff:
-        options = dataclasses.replace(options, cutoff_hz=arguments.cutoff)
+    options = simulation_options(arguments)
     motion = _load_motion(arguments)
     suit = None
     if arguments.sensors:
@@ -143,12 +132,14 @@ def _run_raw(
 def _load_motion(arguments: argparse.Namespace) -> Motion:
     from mocap_jax.motion import BUILTIN_MOTIONS, builtin_motion, load_motion
 
+    arguments.motion, stretch = named_stretch(arguments.motion)
     if arguments.motion in BUILTIN_MOTIONS:
         _refuse_file_options(arguments)
         body = chosen_body(arguments)
-        if arguments.motion == "routine" or arguments.body in (None, HUMAN):
-            return builtin_motion(arguments.motion, body)
-        return _on_body(builtin_motion(arguments.motion), body)
+        own = arguments.body is None or is_human(arguments.body)
+        if arguments.motion == "routine" or own:
+            return with_stretch(builtin_motion(arguments.motion, body), stretch)
+        return _on_body(with_stretch(builtin_motion(arguments.motion), stretch), body)
     if not Path(arguments.motion).exists() and not Path(arguments.motion).suffix:
         known = ", ".join(BUILTIN_MOTIONS)
         raise InputError(
@@ -165,7 +156,7 @@ def _load_motion(arguments: argparse.Namespace) -> Motion:
             raise
         load_motion(arguments.motion, **options)  # a fault of the file itself is raised here
         raise UsageError(f"--skip {arguments.skip}: {error}") from error
-    return _on_body(motion, chosen_body(arguments, motion))
+    return _on_body(with_stretch(motion, stretch), chosen_body(arguments, motion))
 
 
 def _on_body(motion: Motion, body: Body | None) -> Motion:

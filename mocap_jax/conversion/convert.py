@@ -30,7 +30,7 @@ from mocap_jax.io.convert import (
     recording_of,
     worn_sensors,
 )
-from mocap_jax.recording import Recording
+from mocap_jax.recording import Recording, ragged_ends
 
 MVN_BODY = "mvn"
 """Name of the body that an MVNX file itself describes."""
@@ -114,11 +114,13 @@ def converted(
             remarks += ("All sensors measure orientation: none was estimated.",)
     recording, told = _on_body(recording, source, worn, body)
     findings, unchecked = _checks(recording, worn)
-    findings = with_hints(findings)
+    convention = source.convention.with_overrides(overrides, source.name)
+    findings = with_hints(findings, convention)
     if options.strict and findings:
         more = f" ({len(findings) - 1} more findings)" if len(findings) > 1 else ""
         raise InputError(f"{source.name}: {findings[0]}{more}")
-    return Converted(recording, findings, (*remarks, *told, *unchecked))
+    ends = ragged_ends(recording)
+    return Converted(recording, findings, (*remarks, *ends, *told, *unchecked))
 
 
 def _format_of(mapping: str) -> str:

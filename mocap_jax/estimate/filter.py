@@ -21,7 +21,12 @@ from mocap_jax.estimate.filter_chunk import Estimates, filter_chunk, smooth_chun
 from mocap_jax.estimate.filter_compile import compile_filter
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.filter_run import FilterRun, prepare
-from mocap_jax.estimate.inputs import body_of, gauge_remarks, uses_root
+from mocap_jax.estimate.inputs import (
+    body_of,
+    gauge_remarks,
+    measures_orientation,
+    uses_root,
+)
 from mocap_jax.initialise import RestEstimate, rest_pose
 from mocap_jax.kalman import State
 from mocap_jax.recording import Recording
@@ -87,13 +92,18 @@ def run_ekf(
     if options.pair_covariance:
         pairs = np.concatenate([e.pair for e in estimates])[: len(run.time) - 1]
     seconds = time.perf_counter() - begin
+    oriented = "O" in options.kinds and measures_orientation(recording)
     return Solution(
         trajectory=Trajectory(np.asarray(run.time), q, v),
         body=body,
         status=_status(q, options),
         method=SMOOTHER if options.smooth else FILTER,
         setup=recording.setup,
-        remarks=(*rest.remarks, *remarks, *gauge_remarks(use_root)),
+        remarks=(
+            *rest.remarks,
+            *remarks,
+            *gauge_remarks(use_root, kinds=options.kinds, oriented=oriented),
+        ),
         covariance=covariance,
         pair_covariance=pairs,
         observed=run.observed,

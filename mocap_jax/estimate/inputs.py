@@ -39,16 +39,33 @@ def measures_orientation(recording: Recording) -> bool:
     return any(np.isfinite(np.asarray(board.orientation)).any() for board in boards)
 
 
-def gauge_remarks(root_given: bool, *, contacts: bool = False) -> tuple[str, ...]:
-    """What a solution without a measured root says about it."""
+def gauge_remarks(
+    root_given: bool, *, kinds: str = "AG", oriented: bool = False, contacts: bool = False
+) -> tuple[str, ...]:
+    """What a solution without a measured root says about it.
+
+    Args:
+        root_given: a measured root was used; nothing is said then.
+        kinds: letters of the kinds of measurements used.
+        oriented: measured orientations were among them.
+        contacts: standing feet were held.
+    """
     if root_given:
         return ()
-    if contacts:
+    heading = "its heading is that of the measured orientations"
+    if oriented and not set(kinds) & {"A", "G"} and not contacts:
         return (
-            "Root free: its position and heading come from standing feet, accelerations and rates, "
-            "and drift slowly; they are tied to the declared pose at the start.",
+            f"Root free: {heading}; nothing measures its position, which stays near the start.",
         )
+    sources = ["standing feet"] * contacts + ["accelerations"] + ["rates"] * (not oriented)
+    where = ", ".join(sources[:-1]) + " and " * (len(sources) > 1) + sources[-1]
+    what, one = ("position", "s") if oriented else ("position and heading", "")
+    alone = "" if contacts else " alone"
+    slowly = f", and drift{one} slowly" if contacts else f" and drift{one}"
+    tied = "it is" if oriented else "they are"
+    known = f"; {heading}" if oriented else ""
+    come = f"come{one} from"
     return (
-        "Root free: its position and heading come from accelerations and rates alone and drift; "
-        "they are tied to the declared pose at the start.",
+        f"Root free: its {what} {come} {where}{alone}{slowly}; {tied} tied to the declared pose at "
+        f"the start{known}.",
     )

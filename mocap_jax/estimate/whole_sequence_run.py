@@ -180,7 +180,9 @@ class Run:
                 covariance, pairs, constants = self._covariance(state)
             except SolveError as error:
                 status = Status.UNDETERMINED
-                remarks.append(_undetermined(str(error), root_given=root_given))
+                remarks.append(
+                    _undetermined(str(error), root_given=root_given, oriented=self._oriented)
+                )
         solution = Solution(
             trajectory=Trajectory(np.asarray(self.data.time), state.q, self._velocity(state)),
             body=self.body,
@@ -199,13 +201,28 @@ class Run:
             options=_record(self.options, self.levels),
             **self._calibration(state, constants),  # type: ignore[arg-type]
         )
-        told = determination_remark(solution)
+        told = determination_remark(solution) if self._reads_constants else ""
         return (
             dataclasses.replace(solution, remarks=(*solution.remarks, told)) if told else solution
         )
 
     def _gauge(self, root_given: bool) -> tuple[str, ...]:
-        return gauge_remarks(root_given, contacts=self.built.contacts is not None)
+        kinds = self.options.kinds
+        return gauge_remarks(
+            root_given, kinds=kinds, oriented=self._oriented,
+            contacts=self.built.contacts is not None,
+        )  # fmt: skip
+
+    @property
+    def _reads_constants(self) -> bool:
+        """Whether readings are used that constants of sensors have a part in."""
+        headings = self.options.constants.heading_sigma > 0
+        return bool(set(self.options.kinds) & {"A", "G", "D"}) or headings
+
+    @property
+    def _oriented(self) -> bool:
+        """Whether measured orientations are used."""
+        return "O" in self.options.kinds and bool(np.isfinite(self.data.orientation).any())
 
     def _covariance(
         self, state: State
@@ -273,8 +290,9 @@ def _prior_deviations(
     return {k: v.reshape(-1, 3) if k.split("/")[0] in walks else v for k, v in out.items()}
 
 
-def _undetermined(reason: str, *, root_given: bool) -> str:
-    what = "some poses" if root_given else "root position, heading and their slow drift"
+def _undetermined(reason: str, root_given: bool, oriented: bool) -> str:
+    free = "root position" if oriented else "root position, heading and their slow drift"
+    what = "some poses" if root_given else free
     return f"The data do not determine {what}; no covariance ({reason})."
 
 

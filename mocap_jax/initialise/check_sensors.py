@@ -8,6 +8,7 @@ import numpy as np
 
 from mocap_jax.body import Body, load_body
 from mocap_jax.errors import InputError
+from mocap_jax.initialise.fault_groups import grouped_faults
 from mocap_jax.initialise.neighbour_check import cycles
 from mocap_jax.initialise.rest_options import RestOptions
 from mocap_jax.initialise.sensor_assignment import (
@@ -97,13 +98,7 @@ class SensorCheck:
                 )
             else:
                 lines.append(f"Sensors {swapped} look swapped: {why}.")
-        shared: dict[str, list[str]] = {}
-        for sensor, texts in self.faults.items():
-            for text in texts:
-                shared.setdefault(text, []).append(sensor)
-        for text, names in shared.items():
-            lines.append(f"Sensor{'s' * (len(names) > 1)} {', '.join(names)}: {text}.")
-        return tuple(lines)
+        return (*lines, *grouped_faults(self.faults))
 
     def __str__(self) -> str:
         lines = self.sentences or ("No sensor looks swapped, turned or of wrong unit.",)

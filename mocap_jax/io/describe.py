@@ -16,7 +16,7 @@ from mocap_jax.io.recording_reader import kind_of, recording_from
 from mocap_jax.io.setup_toml import read_setup
 from mocap_jax.io.solution_file import solution_from
 from mocap_jax.motion import MOTION_SUFFIXES, body_from_asf, load_motion
-from mocap_jax.recording import InertialStream, RangeStream, Recording, Setup
+from mocap_jax.recording import InertialStream, RangeStream, Recording, Setup, ragged_ends
 from mocap_jax.solution import Solution
 
 
@@ -83,6 +83,7 @@ def _recording(recording: Recording) -> list[str]:
         lines.append(f"temperature: {celsius.min():.1f} to {celsius.max():.1f} degrees Celsius")
     lines.append("truth: " + _truth(recording))
     lines += _own_body(recording) + _setup(recording.setup)
+    lines += [f"ends: {text}" for text in ragged_ends(recording)]
     return lines + [f"salvaged: {text}" for text in recording.salvage]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+import json
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
@@ -21,6 +22,8 @@ from mocap_jax.io.ros_messages import ROS_SCHEMAS
 
 FORMAT_VERSION = 1
 METADATA_NAME = "mocap_jax"
+ATTACHMENTS = "attachments"
+"""Entry of the metadata: names of all attachments, so that a damaged file tells which are lost."""
 
 # Small enough that one damaged chunk costs little, large enough to compress well.
 _CHUNK_BYTES = 256 * 1024
@@ -99,6 +102,7 @@ class McapFile:
             "kind": self.kind,
             "start_utc_ns": str(self.start_utc_ns),
             "software": f"mocap_jax {version('mocap_jax')}",
+            ATTACHMENTS: json.dumps([name for name, *_ in self.attachments]),
             **self.facts,
         }
 

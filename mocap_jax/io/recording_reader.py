@@ -19,7 +19,7 @@ from mocap_jax.io import ros_messages as ros
 from mocap_jax.io.array_archive import unpack_arrays
 from mocap_jax.io.mcap_read import DAMAGE, Contents, read_contents
 from mocap_jax.io.mcap_trajectory import file_start, read_trajectory
-from mocap_jax.io.mcap_write import FORMAT_VERSION, METADATA_NAME
+from mocap_jax.io.mcap_write import ATTACHMENTS, FORMAT_VERSION, METADATA_NAME
 from mocap_jax.io.setup_toml import setup_from_toml
 from mocap_jax.io.topics import (
     INERTIAL,
@@ -123,9 +123,14 @@ class _Reader:
             start_utc_ns=self._start,
             subject=self._contents.metadata.get(METADATA_NAME, {}).get("subject", ""),
         )
-        if recording.body_xml is None and self._contents.damage:
+        if recording.body_xml is None and self._contents.damage and self._had("body.xml"):
             self._lost.append("the body model (attachment body.xml) is lost")
         return replace(recording, salvage=self._contents.damage + tuple(self._lost))
+
+    def _had(self, attachment: str) -> bool:
+        """Whether the file had an attachment; files that do not list them may have had it."""
+        listed = self._contents.metadata.get(METADATA_NAME, {}).get(ATTACHMENTS)
+        return listed is None or attachment in json.loads(listed)
 
     def _all(self, prefix: str, read: Callable[[str], _Stream]) -> dict[str, _Stream]:
         found = {name: self._one(topic, read) for name, topic in

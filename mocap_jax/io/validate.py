@@ -57,6 +57,15 @@ def validate_recording(
     _check_rest(recording, body, name)
 
 
+def validate_stream(stream: InertialStream, name: str) -> None:
+    """Check one sensor's stream that was measured under the earth's gravity.
+
+    Raises:
+        InputError: stamps or shapes that are wrong, units that cannot be.
+    """
+    _check_inertial(name, stream, has_gravity=True)
+
+
 def _own_body(recording: Recording, name: str) -> Body:
     if recording.body_xml is None:
         raise InputError(f"{name}: no body model (attachment body.xml is absent): give one")

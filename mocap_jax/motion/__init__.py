@@ -4,6 +4,7 @@ from mocap_jax.motion.asf import body_from_asf
 from mocap_jax.motion.ball_joints import ball_jointed
 from mocap_jax.motion.builtin import BUILTIN_MOTIONS, builtin_motion
 from mocap_jax.motion.bvh import body_from_bvh
+from mocap_jax.motion.cut import cut_motion
 from mocap_jax.motion.human import human, segment_lengths, segment_tip, with_segment_lengths
 from mocap_jax.motion.human_like import human_like
 from mocap_jax.motion.load import (
@@ -21,6 +22,7 @@ from mocap_jax.motion.skeleton import TIP_PREFIX
 __all__ = [
     "BUILTIN_MOTIONS", "MOTION_SUFFIXES", "SCALED_SUFFIXES", "SKELETON_SUFFIXES", "TIP_PREFIX",
     "XSENS_SEGMENTS", "Motion", "ball_jointed", "body_from_asf", "body_from_bvh",
-    "builtin_motion", "human", "human_like", "load_motion", "retarget", "retarget_errors",
-    "retarget_table", "segment_lengths", "segment_tip", "with_segment_lengths", "xsens_name",
+    "builtin_motion", "cut_motion", "human", "human_like", "load_motion", "retarget",
+    "retarget_errors", "retarget_table", "segment_lengths", "segment_tip", "with_segment_lengths",
+    "xsens_name",
 ]  # fmt: skip

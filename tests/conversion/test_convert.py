@@ -84,8 +84,8 @@ def test_round_trip_through_a_file(folder):
 
 def test_findings_are_warnings_with_the_options_that_help_and_errors_when_strict(folder):
     wrong = ConvertOptions(quaternion_direction="world-to-sensor")
-    with pytest.warns(UserWarning, match=r"look like world-to-sensor.*--quaternion-direction "
-                      r"sensor-to-world\|world-to-sensor"):  # fmt: skip
+    with pytest.warns(UserWarning, match=r"look like world-to-sensor.* Option: "
+                      r"--quaternion-direction sensor-to-world\.$"):  # fmt: skip
         convert(folder, mapping=folder / "map.toml", options=wrong)
     strict = ConvertOptions(quaternion_direction="world-to-sensor", strict=True)
     with pytest.raises(InputError, match="look like world-to-sensor"):

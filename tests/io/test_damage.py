@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from io_samples import random_recording, random_solution
@@ -163,3 +165,12 @@ def test_newer_format_is_refused(tmp_path, body, monkeypatch) -> None:
     write_recording(tmp_path / "r.mcap", random_recording(body, n=20))
     with pytest.raises(InputError, match="format version 99"):
         read_recording(tmp_path / "r.mcap")
+
+
+def test_a_body_that_was_never_there_is_not_lost(tmp_path, body) -> None:
+    path = tmp_path / "plain.mcap"
+    plain = dataclasses.replace(random_recording(body, n=300), body_xml=None, truth=None)
+    write_recording(path, plain)
+    content = path.read_bytes()
+    recording = read_damaged(tmp_path, content[: int(0.7 * len(content))])
+    assert recording.salvage and not any("body" in text for text in recording.salvage)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from dataclasses import dataclass
 
 import jax
@@ -22,7 +23,8 @@ from mocap_jax.estimate.single_imu.problem import (
     with_zero_motion,
 )
 from mocap_jax.estimate.single_imu.start import first_orientations
-from mocap_jax.least_squares import minimise
+from mocap_jax.estimate.single_imu.suspicions import suspicions
+from mocap_jax.least_squares import Outcome, Result, minimise
 from mocap_jax.recording import InertialStream
 from mocap_jax.residuals.preintegration import CONSTANTS
 from mocap_jax.solution import Status
@@ -42,7 +44,8 @@ class SingleImuSolution:
     """[s]"""
     orientation_std: Float[np.ndarray, "k 3"]
     """Standard deviation of the orientation about the world's axes [rad]; the third is the drift of
-    heading since the start. NaN after a failed solve."""
+    heading since the start. NaN after a failed solve, or one that found nothing better than the
+    start."""
     gyroscope_bias: Float[np.ndarray, "k 3"]
     """[rad/s]"""
     calibration: dict[str, np.ndarray]
@@ -54,9 +57,11 @@ class SingleImuSolution:
     """Intervals taken for still."""
     status: Status
     cost: tuple[float, ...]
-    """At the start and after each step."""
+    """At the start and after each step that was kept: never higher at the end than at the start."""
     seconds: float
     """Of the whole call."""
+    remarks: tuple[str, ...] = ()
+    """Sentences for the user: readings that look wrong, steps that led nowhere."""
 
 
 def smooth_orientation(
@@ -73,12 +78,18 @@ def smooth_orientation(
         stream: one sensor's samples at equal distances in time.
         options: see there.
 
+    Readings in other units are refused where their size gives them away, and told in the remarks
+    and as a warning where only their disagreement does (`initialise.check_readings`).
+
     Raises:
-        InputError: too short, not uniform, or gaps in the samples.
+        InputError: too short, not uniform, gaps in the samples, or wrong units.
     """
     options = options or SingleImuOptions()
     begin = time.perf_counter()
     rate, force, step = checked(stream)
+    remarks = suspicions(stream)
+    for text in remarks:
+        warnings.warn(text, UserWarning, stacklevel=2)
     count = max(int(round(options.interval / step)), 1)
     if len(rate) < 2 * count:
         raise InputError(
@@ -93,9 +104,10 @@ def smooth_orientation(
     duration = samples.step.sum(axis=1)
     state = with_zero_motion(first_orientations(increment, duration), bias)
     problem = SingleImuProblem(samples, still, options)
-    result = minimise(problem, state, options.solver)
+    result, told = _no_worse(minimise(problem, state, options.solver), state)
     status = STATUS_OF[result.outcome]
-    orientation_std, constants_std = _deviations(problem, result.state, status)
+    # About a start that is no minimum, deviations mean nothing.
+    orientation_std, constants_std = _deviations(problem, result.state, status.ok and not told)
     return SingleImuSolution(
         time=np.asarray(stream.time) + step / 2,
         quaternion=_at_samples(problem, result.state)[: len(rate)],
@@ -108,14 +120,28 @@ def smooth_orientation(
         status=status,
         cost=result.cost,
         seconds=time.perf_counter() - begin,
+        remarks=(*remarks, *told),
     )
 
 
+def _no_worse(result: Result, start: State) -> tuple[Result, tuple[str, ...]]:
+    """The result, or the start where Gauss-Newton ended higher, with a remark."""
+    first, last = result.cost[0], result.cost[-1]
+    if last <= first:
+        return result, ()
+    told = (
+        f"The steps led from a cost of {first:.4g} to one of {last:.4g}: the start is returned, "
+        "integrated rates whose tilt follows the mean specific force. Check the units, or damp the "
+        "steps (SingleImuOptions.solver with initial_damping=None).",
+    )
+    return Result(start, Outcome.STALLED, (first,), result.message), told
+
+
 def _deviations(
-    problem: SingleImuProblem, state: State, status: Status
+    problem: SingleImuProblem, state: State, known: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """Standard deviations of the knots' orientations (k, 3) and of the constants (15,)."""
-    if not status.ok:
+    if not known:
         return np.full((len(state.bias), 3), np.nan), np.full(len(state.constants), np.nan)
     e = problem.linearise(state)
     factor = linalg.factor(e.lower, e.corner, e.border)

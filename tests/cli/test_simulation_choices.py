@@ -1,0 +1,69 @@
+"""`simulate`: rates, durations and what boards measure."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from mocap_jax.cli.main import build_parser
+from mocap_jax.cli.simulation_choices import simulation_options
+from mocap_jax.io import read_recording
+from mocap_jax.simulation import SimulationOptions, earth_field
+
+
+def asked(*options: str) -> SimulationOptions:
+    return simulation_options(
+        build_parser().parse_args(["simulate", "walking", "-o", "a.mcap", *options])
+    )
+
+
+def test_nothing_asked_is_the_default():
+    assert asked() == SimulationOptions()
+
+
+def test_every_argument_sets_its_option():
+    found = asked(
+        "--rate", "60", "--rest", "3", "--blend", "2", "--cutoff", "20", "--fastest-joint", "80",
+        "--pulse-interval", "0.01", "--max-range", "4", "--orientations", "--magnetometers", "50",
+    )  # fmt: skip
+    wanted = SimulationOptions(
+        inertial_rate_hz=60.0, rest_s=3.0, blend_s=2.0, cutoff_hz=20.0, fastest_joint=80.0,
+        pulse_interval_s=0.01, max_range_m=4.0, orientations=True,
+        magnetic_field=earth_field(np.deg2rad(50.0)),
+    )  # fmt: skip
+    assert found == wanted
+    default = SimulationOptions()
+    same = [
+        f.name for f in dataclasses.fields(default)
+        if getattr(found, f.name) == getattr(default, f.name)
+    ]  # fmt: skip
+    assert same == ["speed_of_sound", "start_utc_ns"], "the others have an argument"
+
+
+def test_the_recording_is_as_asked(run, tmp_path):
+    output = tmp_path / "part.mcap"
+    outcome = run(
+        "simulate", "walking:1-2.5", "-o", output, "--sensors", "sip6_head", "--rate", "60",
+        "--rest", "1", "--magnetometers", "50",
+    )  # fmt: skip
+    assert outcome.code == 0, outcome.err
+    recording = read_recording(output)
+    assert recording.setup.rest.end == 1.0
+    for stream in (*recording.inertial.values(), *recording.magnetic.values()):
+        np.testing.assert_allclose(np.diff(stream.time), 1 / 60, atol=1e-6)
+    assert len(recording.magnetic) == 6 == len(recording.inertial)
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        (["--rate", "0"], "from 10 to 5000"), (["--rest", "-1"], "from 0.5 to 600"),
+        (["--magnetometers", "120"], "from -90 to 90"),
+        (["--raw", "--rate", "60"], "--rate: the driver box"),
+        (["--raw", "--magnetometers", "50"], "--magnetometers: the driver box"),
+    ],
+)  # fmt: skip
+def test_wrong_values_are_wrong_usage(refused, tmp_path, options, word):
+    refused(["simulate", "walking", "-o", tmp_path / "a.mcap", *options], 2, word)

@@ -1,0 +1,83 @@
+"""Sensors of a recording go to the same places of another body."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from mocap_jax.body import load_body
+from mocap_jax.conversion import worn_by
+from mocap_jax.errors import InputError
+from mocap_jax.io import validate_recording
+from mocap_jax.motion import human, segment_lengths
+from mocap_jax.recording import InertialStream, RangeStream, Recording, SensorSpec, Setup
+from mocap_jax.simulation import Mounting, Suit, mount
+
+TURNED = (0.5, 0.5, 0.5, 0.5)
+SUIT = Suit(
+    (
+        Mounting("thigh", "LeftUpperLeg", (0.05, 0.02, -0.2), TURNED),
+        Mounting("chest", "T8", (0.1, 0, 0.1)),
+    ),
+    (Mounting("belly", "Pelvis", (0.1, 0.0, 0.05), TURNED),),
+)
+
+
+def recording(body_xml: str | None, names=("thigh", "chest"), **facts: str) -> Recording:
+    time = np.arange(50) / 100
+    still = np.tile([0.0, 0.0, 9.81], (50, 1))
+    board = InertialStream(time, still, 0 * still, np.full((50, 4), np.nan))
+    return Recording(
+        inertial=dict.fromkeys(names, board), ranges=None, root=None, magnetic={},
+        temperature=None, truth=None, body_xml=body_xml,
+        setup=Setup(tuple(SensorSpec(n, n, 100.0) for n in names), provenance=facts),
+    )  # fmt: skip
+
+
+def test_the_same_share_of_every_segment():
+    tall = human(1.9, 80.0, None, {"UpperLeg": 0.55})
+    one = np.ones(50)
+    ranges = RangeStream(
+        one.cumsum(), 0 * one.astype(int), 0 * one.astype(int), one, one,
+        ("source/belly",), ("chest",),
+    )  # fmt: skip
+    whole = dataclasses.replace(recording(mount(human(), SUIT).xml), ranges=ranges)
+    worn = worn_by(whole, tall)
+    body, lengths, usual = load_body(worn.body_xml), segment_lengths(tall), segment_lengths(human())
+    for device, site in zip(
+        (*SUIT.boards, *SUIT.sources), ("thigh", "chest", "source/belly"), strict=True
+    ):
+        i = body.site_index(site)
+        assert body.topology.body_names[body.topology.site_body[i]] == device.segment
+        share = lengths[device.segment] / usual[device.segment]
+        np.testing.assert_allclose(body.site_pos[i], share * np.array(device.position), rtol=1e-9)
+        np.testing.assert_allclose(body.site_quat[i], device.orientation, atol=1e-12)
+    assert segment_lengths(body) == pytest.approx(lengths)
+    validate_recording(worn)
+
+
+def test_without_a_body_the_provenance_says_where():
+    plain = recording(None, ("s1", "Head"), **{"segment/s1": "RightLowerLeg"})
+    worn = worn_by(plain, human(1.6))
+    topology = load_body(worn.body_xml).topology
+    where = {n: topology.body_names[b] for n, b in zip(topology.site_names, topology.site_body,
+                                                       strict=True)}  # fmt: skip
+    assert where == {"s1": "RightLowerLeg", "Head": "Head"}
+    assert "nominal" in worn.setup.provenance["mounting"]
+    validate_recording(worn)
+
+
+def test_a_body_with_the_sites_keeps_them():
+    dressed = mount(human(1.6), SUIT)
+    assert worn_by(recording(mount(human(), SUIT).xml), dressed).body_xml == dressed.xml
+
+
+def test_what_cannot_be_told_is_refused():
+    with pytest.raises(InputError, match="sensor s1: nothing says on which segment"):
+        worn_by(recording(None, ("s1",)), human())
+    other = """<mujoco><worldbody><body name="Pelvis"><freejoint/><geom size=".1"/>
+        <site name="thigh"/><site name="chest"/></body></worldbody></mujoco>"""
+    with pytest.raises(InputError, match=r"another kind, .* \(thigh, chest\)"):
+        worn_by(recording(other), human())
