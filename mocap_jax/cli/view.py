@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from mocap_jax.cli.files import exit_code, output_file, read_input, read_solution_input
+
+if TYPE_CHECKING:
+    from mocap_jax.solution import Solution
 
 SUMMARY = "show one or more solutions in the Rerun viewer"
 EXAMPLE = "mocap-jax view walk.solution.mcap -o walk.rrd"
@@ -32,7 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
     from mocap_jax.view import save_view, show_view
 
     recording = read_input(arguments.recording) if arguments.recording else None
-    solutions = {}
+    solutions: dict[str, Solution] = {}
     for path in arguments.solutions:
         solution = read_solution_input(path)
         if recording is not None:
