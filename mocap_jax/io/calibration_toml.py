@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 from mocap_jax.errors import InputError
 from mocap_jax.io.toml_values import known_keys, number, sub_table, triple
 from mocap_jax.recording import AxisCalibration, AxisNoise, Calibration, SourceOffset
+
+_Figures = TypeVar("_Figures", AxisCalibration, AxisNoise, SourceOffset)
 
 _AXES = ("zero", "slope", "zero_sigma", "slope_sigma")
 _NOISE = ("white", "instability", "random_walk")
@@ -48,32 +51,31 @@ def calibration_from_table(table: dict[str, Any], name: str) -> Calibration:
     applied = table.get("applied", False)
     if not isinstance(applied, bool):
         raise InputError(f"{name}: 'calibration.applied' must be true or false, not {applied!r}")
-    entries = {kind: _entries(table, kind, name) for kind in _KINDS}
-    axes = {
-        kind: {sensor: _axes(e, name, f"calibration.{kind}.{sensor}") for sensor, e in found}
-        for kind, found in entries.items()
-        if _KINDS[kind] is _AXES
-    }
-    noise = {
-        kind: {sensor: _noise(e, name, f"calibration.{kind}.{sensor}") for sensor, e in found}
-        for kind, found in entries.items()
-        if _KINDS[kind] is _NOISE
-    }
-    offsets = {
-        source: _offset(e, name, f"calibration.source_offset.{source}")
-        for source, e in entries["source_offset"]
-    }
-    return Calibration(**axes, **noise, source_offset=offsets, applied=applied)
+    return Calibration(
+        accelerometer=_all(table, "accelerometer", name, _axes),
+        gyroscope=_all(table, "gyroscope", name, _axes),
+        source_offset=_all(table, "source_offset", name, _offset),
+        accelerometer_noise=_all(table, "accelerometer_noise", name, _noise),
+        gyroscope_noise=_all(table, "gyroscope_noise", name, _noise),
+        applied=applied,
+    )
 
 
-def _entries(table: dict[str, Any], kind: str, name: str) -> list[tuple[str, dict[str, Any]]]:
-    """Figures by sensor or source, their keys checked."""
-    found = sub_table(table, kind, f"{name}: [calibration]")
-    for sensor, entry in found.items():
+def _all(
+    table: dict[str, Any],
+    kind: str,
+    name: str,
+    read: Callable[[dict[str, Any], str, str], _Figures],
+) -> dict[str, _Figures]:
+    """Figures of one kind by sensor or source."""
+    found = {}
+    for sensor, entry in sub_table(table, kind, f"{name}: [calibration]").items():
+        where = f"calibration.{kind}.{sensor}"
         if not isinstance(entry, dict):
-            raise InputError(f"{name}: 'calibration.{kind}.{sensor}' must be a table")
-        known_keys(entry, _KINDS[kind], name, f"calibration.{kind}.{sensor}")
-    return list(found.items())
+            raise InputError(f"{name}: '{where}' must be a table")
+        known_keys(entry, _KINDS[kind], name, where)
+        found[sensor] = read(entry, name, where)
+    return found
 
 
 def _axes(entry: dict[str, Any], name: str, where: str) -> AxisCalibration:

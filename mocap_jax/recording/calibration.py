@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 Triple = tuple[float, float, float]
 _NONE: Triple = (0.0, 0.0, 0.0)
+
+
+def triple(values: Iterable[float]) -> Triple:
+    """Three numbers, one for each axis, as plain Python ones."""
+    x, y, z = (float(v) for v in values)
+    return x, y, z
 
 
 @dataclass(frozen=True)
