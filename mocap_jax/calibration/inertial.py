@@ -61,7 +61,10 @@ class InertialCalibration:
     @property
     def calibration(self) -> Calibration:
         """For a set-up."""
-        return Calibration(**{self.kind: {n: fit.calibration for n, fit in self.sensors.items()}})
+        found = {name: fit.calibration for name, fit in self.sensors.items()}
+        if self.kind == "accelerometer":
+            return Calibration(accelerometer=found)
+        return Calibration(gyroscope=found)
 
 
 def calibrate_accelerometer(

@@ -66,10 +66,12 @@ class NoiseCalibration:
     def calibration(self) -> Calibration:
         """For a set-up."""
         figures = {
-            f"{kind}_noise": {name: _figures(noise.fit) for name, noise in found.items()}
+            kind: {name: _figures(noise.fit) for name, noise in found.items()}
             for kind, found in self.sensors.items()
         }
-        return Calibration(**figures)
+        return Calibration(
+            accelerometer_noise=figures["accelerometer"], gyroscope_noise=figures["gyroscope"]
+        )
 
     @property
     def per_sample(self) -> dict[str, float]:

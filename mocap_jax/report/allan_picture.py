@@ -31,8 +31,8 @@ def allan_figure(found: NoiseCalibration) -> Figure:
         for panel, kind in zip(panels, kinds, strict=True):
             _panel(panel, kind, found.sensors[kind])
         figure.suptitle(
-            "How much the mean over a time differs from the next mean. Falling: noise averages out. "
-            "Rising: the zero wanders.",
+            "How much the mean over a time differs from the next mean. "
+            "Falling: noise averages out. Rising: the zero wanders.",
             fontsize=9, color=MUTED,
         )  # fmt: skip
     return figure
@@ -59,7 +59,7 @@ def _panel(panel: Axes, kind: str, sensors: dict[str, SensorNoise]) -> None:
         curve.tau, deviation / (1 + sigma), deviation * (1 + sigma), color=INK, alpha=0.12, lw=0,
         label="its standard deviation",
     )  # fmt: skip
-    panel.set_ylim(0.5 * _lowest(curve, sensors), 1.6 * _highest(sensors))
+    panel.set_ylim(0.5 * _lowest(curve, sensors), 3.0 * _highest(sensors))
     _processes(panel, kind, curve)
     name = plain_name(next(iter(sensors))) if len(sensors) == 1 else f"{len(sensors)} boards"
     panel.set_title(f"{kind}, {name}")
