@@ -50,7 +50,8 @@ def steady_intervals(
     start, end = time[: count * size : size], time[size - 1 : count * size : size]
     together = (np.abs(np.diff(mean, axis=0)) <= limit).all(axis=1)
     together &= (start[1:] - end[:-1]) < options.block_s
-    least = max(int(np.ceil(options.shortest_s / (size * step) - 1e-9)), 1)
+    # Stamps are rounded to nanoseconds: a thousandth of a block less is not one block more.
+    least = max(int(np.ceil(options.shortest_s / (size * step) - 1e-3)), 1)
     return [
         slice((first + 1) * size, (last - 1) * size)
         for first, last in _runs(steady, together)

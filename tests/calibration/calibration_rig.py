@@ -89,3 +89,49 @@ def truth(recording: Recording, kind: str, board: str) -> tuple[np.ndarray, np.n
     """Zero and slope that the simulator gave a board's sensor."""
     values = recording.truth.parameters
     return np.asarray(values[f"{kind}_bias/{board}"]), np.asarray(values[f"{kind}_scale/{board}"])
+
+
+@cache
+def left_alone(
+    seconds: float = 70.0, *, white: float = 2.0, walk: float = 0.0, loss: float = 0.0
+) -> Recording:
+    """The box lies still; noise is `white` times the usual, the zeros wander by `walk` in 1 s."""
+    profile = Profile(
+        "still", NoiseFigures(accelerometer=0.02 * white, gyroscope=0.002 * white),
+        gyroscope_bias=0.05, accelerometer_bias=0.3, gyroscope_drift=0.1 * walk,
+        accelerometer_drift=walk, loss=loss, detector=False,
+    )  # fmt: skip
+    return _record(Rotation.concatenate([Rotation.identity()] * int(seconds * _RATE)), 5, profile)
+
+
+BENCH = """<mujoco><worldbody><body name="bench" pos="0 0 1"><freejoint name="root"/>
+<geom type="box" pos="0 0 -.1" size=".05 .05 .05" mass="1"/></body></worldbody></mujoco>"""
+
+
+@cache
+def measured_distances(
+    offset: float = 0.01, seed: int = 3
+) -> tuple[Recording, dict[tuple[str, str], float]]:
+    """Sources and boards fixed in front of each other, and the true distances of all pairs [m]."""
+    half = float(np.sqrt(0.5))
+    boards = tuple(
+        Mounting(f"board{i}", "bench", (0.3 + 0.15 * i, 0.1 * i - 0.2, 0.0), (half, 0, -half, 0))
+        for i in range(5)
+    )
+    sources = tuple(
+        Mounting(name, "bench", (0.0, y, 0.0), (half, 0.0, half, 0.0))
+        for name, y in (("left", 0.1), ("right", -0.1))
+    )
+    profile = Profile("bench", NoiseFigures(), source_offset=offset, detector=False)
+    body = load_body(BENCH)
+    q = np.tile(np.asarray(body.qpos0), (200, 1))
+    motion = Motion("bench", body, Trajectory(np.arange(200) / _RATE, q))
+    recording = simulate(
+        motion, profile=profile, seed=seed, suit=Suit(boards, sources), options=SHORT
+    )
+    apart = {
+        (f"source/{s.name}", b.name): float(np.linalg.norm(np.subtract(s.position, b.position)))
+        for s in sources
+        for b in boards
+    }
+    return recording, apart

@@ -106,7 +106,8 @@ def test_what_is_missing_is_named() -> None:
 def test_one_board_without_all_positions_does_not_hinder_the_others() -> None:
     good = six_positions()
     silent = dataclasses.replace(
-        good.inertial["turned"], accelerometer=np.full_like(good.inertial["turned"].gyroscope, np.nan)
+        good.inertial["turned"],
+        accelerometer=np.full_like(good.inertial["turned"].gyroscope, np.nan),
     )
     found = calibrate_accelerometer(
         [dataclasses.replace(good, inertial=good.inertial | {"turned": silent})]
