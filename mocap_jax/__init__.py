@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import OptimiseOptions as OptimiseOptions
     from mocap_jax.estimate import OrientationPassOptions as OrientationPassOptions
     from mocap_jax.estimate import PriorOptions as PriorOptions
+    from mocap_jax.estimate import RangeOnlyOptions as RangeOnlyOptions
     from mocap_jax.estimate import SingleImuOptions as SingleImuOptions
     from mocap_jax.estimate import UserResidual as UserResidual
     from mocap_jax.estimate import absolute_position as absolute_position
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import magnetic_heading as magnetic_heading
     from mocap_jax.estimate import optimise as optimise
     from mocap_jax.estimate import orientation_pass as orientation_pass
+    from mocap_jax.estimate import range_only_path as range_only_path
     from mocap_jax.estimate import smooth_orientation as smooth_orientation
     from mocap_jax.estimate import sparse_options as sparse_options
     from mocap_jax.estimate import table1_options as table1_options
@@ -121,10 +123,11 @@ _HOME = {
     "errors": ("InputError", "MocapError", "SolveError"),
     "estimate": (
         "ConstantsOptions", "ContactOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions",
-        "OrientationPassOptions", "PriorOptions", "SingleImuOptions", "UserResidual",
+        "OrientationPassOptions", "PriorOptions", "RangeOnlyOptions", "SingleImuOptions",
+        "UserResidual",
         "absolute_position", "check_residual", "differentiable", "differentiable_ekf", "ekf",
         "magnetic_heading", "optimise",
-        "orientation_pass", "smooth_orientation", "sparse_options",
+        "orientation_pass", "range_only_path", "smooth_orientation", "sparse_options",
         "table1_options",
     ),
     "initialise": (

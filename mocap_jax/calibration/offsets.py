@@ -6,13 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int
 
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.recording import Calibration, RangeStream, Recording, SourceOffset, uncalibrated
 from mocap_jax.signals.ultrasonic.calibration import calibrate_offsets
 
 _SIGMA_OF_MAD = 1.4826
+_FAILED = 5.0
+"""A distance whose excess is so many deviations from its source's median has failed: an echo, or a
+source too near to be heard."""
+_NEVER_FAILED = 5e-3
+"""Nor is one that differs by less [m]."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +46,8 @@ class SourceOffsets:
     """The same, corrected by the other distances of its source [m]; NaN where there is none."""
     scatter: Float[np.ndarray, "n"]
     """Deviation of the readings about their median (from the median absolute one) [m]."""
+    failed: Bool[np.ndarray, "n"]
+    """Distances that no offset rests on: far from what the others of their source say."""
 
     @property
     def calibration(self) -> Calibration:
@@ -52,7 +59,8 @@ def calibrate_source_offsets(distances: Sequence[KnownDistance]) -> SourceOffset
     """Each source's offset: the mean excess over its distances, each the median of its readings.
 
     Every distance counts once, however many readings it has: what readings of one place have in
-    common (echoes, how a source was held) they do not tell.
+    common (echoes, how a source was held) they do not tell. Distances that have failed as a whole
+    are left out, and out of what is said of other distances as well.
 
     Raises:
         InputError: no distance has a reading, or one is not a positive number.
@@ -68,12 +76,43 @@ def calibrate_source_offsets(distances: Sequence[KnownDistance]) -> SourceOffset
     scatter = np.array([_scatter(d.measured) for d in kept])
     names = list(dict.fromkeys(d.source for d in kept))
     index = np.array([names.index(d.source) for d in kept])
-    out = calibrate_offsets(median, true, index, len(names))
+    excess = median - true
+    good = ~_failed(excess, index)
+    offset = calibrate_offsets(median[good], true[good], index[good], len(names)).offset
     offsets = {
-        name: SourceOffset(float(out.offset[i]), _sigma((median - true)[index == i]))
+        name: SourceOffset(float(offset[i]), _sigma(excess[good & (index == i)]))
         for i, name in enumerate(names)
     }
-    return SourceOffsets(offsets, tuple(kept), median - true, out.left_out_error, scatter)
+    return SourceOffsets(offsets, tuple(kept), excess, _left_out(excess, index), scatter, ~good)
+
+
+def _left_out(
+    excess: Float[np.ndarray, "n"], index: Int[np.ndarray, "n"]
+) -> Float[np.ndarray, "n"]:
+    """Excess less the offset that all other distances give, found without any word of this one."""
+    out = np.full(len(excess), np.nan)
+    for i in range(len(excess)):
+        rest = np.arange(len(excess)) != i
+        good = ~_failed(excess[rest], index[rest]) & (index[rest] == index[i])
+        if good.any():
+            out[i] = excess[i] - excess[rest][good].mean()
+    return out
+
+
+def _failed(excess: Float[np.ndarray, "n"], index: Int[np.ndarray, "n"]) -> Bool[np.ndarray, "n"]:
+    """Distances far from the median of their source, by the deviation of all sources' distances.
+
+    A source of fewer than three, or most of whose distances would fail, is left as it is.
+    """
+    middle = np.array([np.median(excess[index == i]) for i in index])
+    away = np.abs(excess - middle)
+    counted = np.bincount(index)[index] > 2
+    if not counted.any():
+        return np.zeros(len(excess), bool)
+    deviation = _SIGMA_OF_MAD * np.median(away[counted])
+    failed = counted & (away > max(_FAILED * deviation, _NEVER_FAILED))
+    share = np.array([failed[index == i].mean() for i in index])
+    return failed & (share < 0.5)
 
 
 def pair_readings(

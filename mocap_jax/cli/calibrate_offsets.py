@@ -33,8 +33,9 @@ Lines of the same source and distance with several readings may be repeated.
 
 Method: a distance's excess is the median of its readings less the true distance; a source's offset
 is the mean excess of its distances. The left-out error is that of each distance when the others of
-its source calibrate it. Scatter about the median, RMS over distances with ten readings or more, is
-written to [noise] as range."""
+its source calibrate it. A distance far from what the others of its source say (5 deviations) has
+failed and counts for nothing but its own error. Scatter about the median, RMS over distances with
+ten readings or more, is written to [noise] as range."""
 _ENOUGH = 10
 """Readings of a distance from which their scatter says something."""
 
@@ -98,6 +99,12 @@ def _table(found: SourceOffsets) -> list[str]:
         f"{'all':{width}s} {len(names):9d}  {'':18s}  {_errors(found.raw_error)}  "
         f"{_errors(found.left_out_error)}"
     )
+    for d, error, failed in zip(found.distances, found.raw_error, found.failed, strict=True):
+        if failed:
+            lines.append(
+                f"left out: {d.source} at {d.true:g} m, {1e3 * error:+.1f} mm, far from what its "
+                "other distances say"
+            )
     scatter = _scatter(found)
     if scatter is not None:
         lines.append(f"scatter of readings: [noise] range = {1e3 * scatter:.3f} mm")
@@ -118,7 +125,9 @@ def _json(found: SourceOffsets) -> dict[str, Any]:
         "distances": [
             {"source": d.source, "receiver": d.receiver, "true_m": d.true,
              "readings": int(np.isfinite(d.measured).sum()), "raw_error_m": float(raw),
-             "left_out_error_m": out}
-            for d, raw, out in zip(found.distances, found.raw_error, left, strict=True)
+             "left_out_error_m": out, "failed": bool(bad)}
+            for d, raw, out, bad in zip(
+                found.distances, found.raw_error, left, found.failed, strict=True
+            )
         ],
     }  # fmt: skip

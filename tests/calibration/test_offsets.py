@@ -59,6 +59,42 @@ def test_gross_errors_among_readings_do_no_harm_and_each_distance_counts_once() 
     np.testing.assert_allclose(found.left_out_error, [-0.02, 0.02, np.nan], atol=1e-12)
 
 
+def test_a_distance_that_failed_is_left_out_and_said_so() -> None:
+    random = np.random.default_rng(0)
+    true = np.linspace(0.3, 0.9, 7)
+    excess = {"a": 0.02, "b": -0.01}
+    readings = {
+        (source, d): d + offset + 0.001 * random.standard_normal(30)
+        for source, offset in excess.items()
+        for d in true
+    }
+    readings["b", true[2]] += 0.06
+    found = calibrate_source_offsets([KnownDistance(s, d, x) for (s, d), x in readings.items()])
+    bad = [d for d, failed in zip(found.distances, found.failed, strict=True) if failed]
+    assert [(d.source, d.true) for d in bad] == [("b", true[2])]
+    for source, offset in excess.items():
+        assert found.offsets[source].offset == pytest.approx(offset, abs=2e-3)
+    # Its own error is stated all the same, and does not spoil those of the others.
+    assert found.left_out_error[found.failed] == pytest.approx([0.06], abs=2e-3)
+    assert np.abs(found.left_out_error[~found.failed]).max() < 2e-3
+
+
+def test_sources_that_scatter_are_not_pruned() -> None:
+    random = np.random.default_rng(1)
+    for _ in range(20):
+        distances = [
+            KnownDistance("a", d, d + 0.03 * random.standard_normal(1))
+            for d in (0.3, 0.5, 0.7, 0.9)
+        ]
+        found = calibrate_source_offsets(distances)
+        assert found.failed.sum() <= 1
+        errors = [d.measured[0] - d.true for d in distances]
+        if not found.failed.any():
+            assert found.offsets["a"].offset == pytest.approx(np.mean(errors))
+            expected = [e - (sum(errors) - e) / 3 for e in errors]
+            np.testing.assert_allclose(found.left_out_error, expected, atol=1e-12)
+
+
 def test_wrong_input_is_named() -> None:
     recording, _ = measured_distances()
     with pytest.raises(InputError, match="unknown source 'middle'; valid: source/left"):

@@ -79,7 +79,7 @@ def range_only_path(
     if not (0 <= ranges.anchor.min() and ranges.anchor.max() < len(anchors)):
         raise InputError(f"ranges name anchor {ranges.anchor.max()}; there are {len(anchors)}")
     problem = PathProblem(odometry, ranges, anchors, start, options)
-    result = minimise(problem, _first(problem), options.solver)
+    result = minimise(problem, first_state(problem), options.solver)
     state, status = result.state, STATUS_OF[result.outcome]
     pose_std, constants_std = _deviations(problem, state, status)
     error = problem.range_errors(state)
@@ -93,7 +93,7 @@ def range_only_path(
     )  # fmt: skip
 
 
-def _first(problem: PathProblem) -> PathState:
+def first_state(problem: PathProblem) -> PathState:
     """The dead-reckoned path whose ranges fit best, over errors of the turn rate."""
     o = problem.options
     none = np.zeros(len(problem.prior))
