@@ -36,10 +36,12 @@ if TYPE_CHECKING:
     from mocap_jax.errors import InputError as InputError
     from mocap_jax.errors import MocapError as MocapError
     from mocap_jax.errors import SolveError as SolveError
+    from mocap_jax.estimate import AnchorRanges as AnchorRanges
     from mocap_jax.estimate import ConstantsOptions as ConstantsOptions
     from mocap_jax.estimate import ContactOptions as ContactOptions
     from mocap_jax.estimate import EkfOptions as EkfOptions
     from mocap_jax.estimate import NoiseOptions as NoiseOptions
+    from mocap_jax.estimate import Odometry as Odometry
     from mocap_jax.estimate import OptimiseOptions as OptimiseOptions
     from mocap_jax.estimate import OrientationPassOptions as OrientationPassOptions
     from mocap_jax.estimate import PriorOptions as PriorOptions
@@ -122,11 +124,10 @@ _HOME = {
     "conversion": ("ConvertOptions", "convert", "worn_by"),
     "errors": ("InputError", "MocapError", "SolveError"),
     "estimate": (
-        "ConstantsOptions", "ContactOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions",
-        "OrientationPassOptions", "PriorOptions", "RangeOnlyOptions", "SingleImuOptions",
-        "UserResidual",
-        "absolute_position", "check_residual", "differentiable", "differentiable_ekf", "ekf",
-        "magnetic_heading", "optimise",
+        "AnchorRanges", "ConstantsOptions", "ContactOptions", "EkfOptions", "NoiseOptions",
+        "Odometry", "OptimiseOptions", "OrientationPassOptions", "PriorOptions", "RangeOnlyOptions",
+        "SingleImuOptions", "UserResidual", "absolute_position", "check_residual",
+        "differentiable", "differentiable_ekf", "ekf", "magnetic_heading", "optimise",
         "orientation_pass", "range_only_path", "smooth_orientation", "sparse_options",
         "table1_options",
     ),

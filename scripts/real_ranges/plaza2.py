@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from mocap_jax.estimate.range_only import Odometry, Ranges
+    from mocap_jax.estimate.range_only import AnchorRanges, Odometry
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class Plaza2:
     """One drive."""
 
     odometry: Odometry
-    ranges: Ranges
+    ranges: AnchorRanges
     beacons: dict[int, np.ndarray]
     """Positions by identity [m]."""
     start: np.ndarray
@@ -41,7 +41,7 @@ def read(folder: Path, steps: int | None = None) -> Plaza2:
     """Read the drive, or its first steps."""
     from scipy.io import loadmat
 
-    from mocap_jax.estimate.range_only import Odometry, Ranges
+    from mocap_jax.estimate.range_only import AnchorRanges, Odometry
 
     tables: dict[str, Any] = loadmat(str(folder / "Plaza2_.mat"))
     dead_reckoned, truth = tables["DR"][:steps], tables["GT"]
@@ -51,7 +51,7 @@ def read(folder: Path, steps: int | None = None) -> Plaza2:
     index = {identity: i for i, identity in enumerate(beacons)}
     return Plaza2(
         Odometry(time, dead_reckoned[:, 1], dead_reckoned[:, 2]),
-        Ranges(ranges[:, 0], np.array([index[int(i)] for i in ranges[:, 2]]), ranges[:, 3]),
+        AnchorRanges(ranges[:, 0], np.array([index[int(i)] for i in ranges[:, 2]]), ranges[:, 3]),
         beacons,
         # The table's heading is that of the vehicle's back.
         np.array([*truth[0, 1:3], truth[0, 3] + np.pi]),

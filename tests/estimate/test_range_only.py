@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mocap_jax.errors import InputError
-from mocap_jax.estimate.range_only import Odometry, RangeOnlyOptions, Ranges, range_only_path
+from mocap_jax.estimate.range_only import AnchorRanges, Odometry, RangeOnlyOptions, range_only_path
 from mocap_jax.estimate.range_only.problem import PathProblem, PathState
 from mocap_jax.solution import Status
 
@@ -22,7 +22,7 @@ START = np.array([5.0, 5.0, 0.3])
 def drive(
     seed: int = 0, *, steps: int = 400, bias: np.ndarray = BIAS, scale: float = 0.03,
     turn_bias: float = -0.01, outliers: float = 0.0, noise: float = 0.1,
-) -> tuple[np.ndarray, Odometry, Ranges]:  # fmt: skip
+) -> tuple[np.ndarray, Odometry, AnchorRanges]:  # fmt: skip
     """True poses, and what is measured: no line of the estimator's is used."""
     random = np.random.default_rng(seed)
     h = 0.2
@@ -44,7 +44,7 @@ def drive(
     measured += noise * random.standard_normal(len(at))
     gross = random.random(len(at)) < outliers
     measured[gross] += random.uniform(1, 8, gross.sum())
-    return poses, Odometry(time, distance, turn), Ranges(at, anchor, measured)
+    return poses, Odometry(time, distance, turn), AnchorRanges(at, anchor, measured)
 
 
 OPTIONS = RangeOnlyOptions(range_noise=0.1)
@@ -151,10 +151,10 @@ def test_wrong_input_is_named() -> None:
     with pytest.raises(InputError, match="times must rise"):
         Odometry(odometry.time[::-1], odometry.distance, odometry.turn)
     with pytest.raises(InputError, match="not finite"):
-        Ranges(ranges.time, ranges.anchor, ranges.range * np.nan)
+        AnchorRanges(ranges.time, ranges.anchor, ranges.range * np.nan)
+    none = AnchorRanges(np.zeros(0), np.zeros(0, int), np.zeros(0))
     with pytest.raises(InputError, match="there are no ranges"):
-        range_only_path(odometry, Ranges(*(np.zeros(0, t) for t in (float, int, float))), ANCHORS,
-                        START)  # fmt: skip
+        range_only_path(odometry, none, ANCHORS, START)
     with pytest.raises(InputError, match="unknown robust loss 'tukey'; valid: .*cauchy"):
         RangeOnlyOptions(loss="tukey")
 

@@ -32,7 +32,7 @@ class Odometry:
 
 
 @dataclass(frozen=True)
-class Ranges:
+class AnchorRanges:
     """Ranges to anchors, at times of their own."""
 
     time: Float[np.ndarray, "r"]

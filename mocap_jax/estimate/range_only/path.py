@@ -11,7 +11,7 @@ from jaxtyping import Float
 from mocap_jax import linalg
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.outcome_status import STATUS_OF
-from mocap_jax.estimate.range_only.measurements import Odometry, Ranges
+from mocap_jax.estimate.range_only.measurements import AnchorRanges, Odometry
 from mocap_jax.estimate.range_only.options import RangeOnlyOptions
 from mocap_jax.estimate.range_only.problem import PathProblem, PathState
 from mocap_jax.least_squares import minimise
@@ -50,7 +50,7 @@ class RangeOnlySolution:
 
 def range_only_path(
     odometry: Odometry,
-    ranges: Ranges,
+    ranges: AnchorRanges,
     anchors: Float[np.ndarray, "a 2"],
     start: Float[np.ndarray, "3"],
     options: RangeOnlyOptions | None = None,

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from mocap_jax.estimate.range_only.measurements import Odometry, Ranges
+from mocap_jax.estimate.range_only.measurements import AnchorRanges, Odometry
 from mocap_jax.estimate.range_only.options import RangeOnlyOptions
 from mocap_jax.least_squares import NormalEquations
 from mocap_jax.residuals import robust
@@ -54,7 +54,7 @@ class PathProblem:
     def __init__(
         self,
         odometry: Odometry,
-        ranges: Ranges,
+        ranges: AnchorRanges,
         anchors: Float[np.ndarray, "a 2"],
         start: Float[np.ndarray, "3"],
         options: RangeOnlyOptions,
