@@ -57,9 +57,9 @@ def range_only_path(
 ) -> RangeOnlySolution:
     """Estimate a path in the plane, with the constant errors of its measurements.
 
-    Odometry that drifts far leads to a path from which no solver finds back. What makes it drift is
-    mostly one number, the constant error of the turn rate: paths of many such errors are tried
-    first, and the one whose ranges fit best is where the solver starts.
+    Odometry that drifts far leads to a path from which a solver finds back late, or not at all.
+    What makes it drift is mostly one number, the constant error of the turn rate: paths of many
+    such errors are tried first, and the one whose ranges fit best is where the solver starts.
 
     Args:
         odometry: travelled distances and turns.
