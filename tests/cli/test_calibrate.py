@@ -55,7 +55,7 @@ def test_every_kind_has_help_with_an_example_that_parses(run):
     for module in KINDS:
         name = module.__name__.rsplit("_", 1)[1]
         outcome = run("calibrate", name, "--help")
-        assert outcome.code == 0 and "How to record" in outcome.out
+        assert outcome.code == 0 and not outcome.err
         example = next(
             x.strip() for x in outcome.out.splitlines() if x.startswith("  mocap-jax calibrate")
         )
