@@ -16,10 +16,10 @@ _SIGMA_OF_MAD = 1.4826
 _FAILED = 5.0
 """A distance whose excess is so many deviations from its source's median has failed: an echo, or a
 source too near to be heard."""
+_NEVER_FAILED = 5e-3
+"""Less is no failure [m]."""
 _ENOUGH = 5
 """Distances beside one for each source from which their scatter is known."""
-_NEVER_FAILED = 5e-3
-"""Nor is one that differs by less [m]."""
 
 
 @dataclass(frozen=True)
@@ -104,8 +104,8 @@ def _left_out(
 def _failed(excess: Float[np.ndarray, "n"], index: Int[np.ndarray, "n"]) -> Bool[np.ndarray, "n"]:
     """Distances far from the median of their source, by the deviation of all sources' distances.
 
-    A source of fewer than three, or most of whose distances would fail, is left as it is; so are all
-    where there are too few distances to tell how they scatter.
+    A source of fewer than three, or most of whose distances would fail, is left as it is; so are
+    all where there are too few distances to tell how they scatter.
     """
     middle = np.array([np.median(excess[index == i]) for i in index])
     away = np.abs(excess - middle)
