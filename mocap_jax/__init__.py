@@ -25,6 +25,10 @@ if TYPE_CHECKING:
     from mocap_jax.body import retract as retract
     from mocap_jax.body import site_frames as site_frames
     from mocap_jax.body import transport as transport
+    from mocap_jax.calibration import calibrate_accelerometer as calibrate_accelerometer
+    from mocap_jax.calibration import calibrate_gyroscope as calibrate_gyroscope
+    from mocap_jax.calibration import calibrate_noise as calibrate_noise
+    from mocap_jax.calibration import calibrate_source_offsets as calibrate_source_offsets
     from mocap_jax.compilation_cache import enable_compilation_cache as enable_compilation_cache
     from mocap_jax.conversion import ConvertOptions as ConvertOptions
     from mocap_jax.conversion import convert as convert
@@ -32,13 +36,16 @@ if TYPE_CHECKING:
     from mocap_jax.errors import InputError as InputError
     from mocap_jax.errors import MocapError as MocapError
     from mocap_jax.errors import SolveError as SolveError
+    from mocap_jax.estimate import AnchorRanges as AnchorRanges
     from mocap_jax.estimate import ConstantsOptions as ConstantsOptions
     from mocap_jax.estimate import ContactOptions as ContactOptions
     from mocap_jax.estimate import EkfOptions as EkfOptions
     from mocap_jax.estimate import NoiseOptions as NoiseOptions
+    from mocap_jax.estimate import Odometry as Odometry
     from mocap_jax.estimate import OptimiseOptions as OptimiseOptions
     from mocap_jax.estimate import OrientationPassOptions as OrientationPassOptions
     from mocap_jax.estimate import PriorOptions as PriorOptions
+    from mocap_jax.estimate import RangeOnlyOptions as RangeOnlyOptions
     from mocap_jax.estimate import SingleImuOptions as SingleImuOptions
     from mocap_jax.estimate import UserResidual as UserResidual
     from mocap_jax.estimate import absolute_position as absolute_position
@@ -49,6 +56,7 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import magnetic_heading as magnetic_heading
     from mocap_jax.estimate import optimise as optimise
     from mocap_jax.estimate import orientation_pass as orientation_pass
+    from mocap_jax.estimate import range_only_path as range_only_path
     from mocap_jax.estimate import smooth_orientation as smooth_orientation
     from mocap_jax.estimate import sparse_options as sparse_options
     from mocap_jax.estimate import table1_options as table1_options
@@ -89,9 +97,13 @@ if TYPE_CHECKING:
     from mocap_jax.pose_prior import learn_pose_prior as learn_pose_prior
     from mocap_jax.pose_prior import load_pose_prior as load_pose_prior
     from mocap_jax.pose_prior import save_pose_prior as save_pose_prior
+    from mocap_jax.recording import Calibration as Calibration
     from mocap_jax.recording import Recording as Recording
     from mocap_jax.recording import Setup as Setup
+    from mocap_jax.recording import calibrated as calibrated
     from mocap_jax.recording import cut as cut
+    from mocap_jax.recording import uncalibrated as uncalibrated
+    from mocap_jax.recording import with_calibration as with_calibration
     from mocap_jax.report import write_animation as write_animation
     from mocap_jax.report import write_report as write_report
     from mocap_jax.simulation import SimulationOptions as SimulationOptions
@@ -104,15 +116,19 @@ if TYPE_CHECKING:
 
 _HOME = {
     "body": ("Body", "difference", "frames", "load_body", "retract", "site_frames", "transport"),
+    "calibration": (
+        "calibrate_accelerometer", "calibrate_gyroscope", "calibrate_noise",
+        "calibrate_source_offsets",
+    ),
     "compilation_cache": ("enable_compilation_cache",),
     "conversion": ("ConvertOptions", "convert", "worn_by"),
     "errors": ("InputError", "MocapError", "SolveError"),
     "estimate": (
-        "ConstantsOptions", "ContactOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions",
-        "OrientationPassOptions", "PriorOptions", "SingleImuOptions", "UserResidual",
-        "absolute_position", "check_residual", "differentiable", "differentiable_ekf", "ekf",
-        "magnetic_heading", "optimise",
-        "orientation_pass", "smooth_orientation", "sparse_options",
+        "AnchorRanges", "ConstantsOptions", "ContactOptions", "EkfOptions", "NoiseOptions",
+        "Odometry", "OptimiseOptions", "OrientationPassOptions", "PriorOptions", "RangeOnlyOptions",
+        "SingleImuOptions", "UserResidual", "absolute_position", "check_residual",
+        "differentiable", "differentiable_ekf", "ekf", "magnetic_heading", "optimise",
+        "orientation_pass", "range_only_path", "smooth_orientation", "sparse_options",
         "table1_options",
     ),
     "initialise": (
@@ -133,7 +149,10 @@ _HOME = {
         "PosePrior", "default_pose_prior", "learn_pose_prior", "load_pose_prior",
         "save_pose_prior",
     ),
-    "recording": ("Recording", "Setup", "cut"),
+    "recording": (
+        "Calibration", "Recording", "Setup", "calibrated", "cut", "uncalibrated",
+        "with_calibration",
+    ),
     "report": ("write_animation", "write_report"),
     "simulation": ("SimulationOptions", "simulate"),
     "solution": ("Solution", "Status", "determination", "uncertainty"),

@@ -21,7 +21,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("io", "measurement", "metrics", "signals"),
     ("residuals", "simulation", "pose_prior", "decoding"),
     ("initialise",),
-    ("estimate", "conversion"),
+    ("estimate", "conversion", "calibration"),
     ("placement",),
     ("report", "batch"),
     ("view",),

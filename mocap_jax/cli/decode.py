@@ -7,6 +7,7 @@ import argparse
 from mocap_jax.cli.exit_codes import unknown_choice
 from mocap_jax.cli.files import exit_code, output_file
 from mocap_jax.cli.parser import count
+from mocap_jax.cli.setup_choice import add_setup_argument, corrected, setup_figures
 
 SUMMARY = "decode a raw driver-box recording to distances and inertial readings"
 EXAMPLE = "mocap-jax decode walk.raw.mcap -o walk.mcap"
@@ -23,6 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--detector", default=None, metavar="NAME",
         help="of ultrasonic arrivals: matched or inflection",
     )  # fmt: skip
+    add_setup_argument(parser, "readings and distances are corrected by it")
     parser.add_argument("--workers", type=count, default=2, metavar="N", help="threads (default 2)")
 
 
@@ -35,6 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
     from mocap_jax.io import write_recording
     from mocap_jax.signals.ultrasonic.arrivals import DETECTORS, DetectorOptions
 
+    setup_figures(arguments)  # a fault in it is told before the work
     name = arguments.detector or DetectorOptions().detector
     if name not in DETECTORS:
         raise unknown_choice("--detector", "detector", name, DETECTORS)
@@ -48,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
             arguments.recording, DetectorOptions(detector=name), workers=arguments.workers,
             progress=show,
         )  # fmt: skip
-    recording = decoded.recording
+    recording = corrected(arguments, decoded.recording)
     write_recording(output, recording)
     start, end = recording.interval
     ranges = recording.ranges

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 # Arguments that name files, by what becomes of them.
 _INPUTS = (
-    "recording", "solution", "solutions", "reference", "motion", "file", "body", "skeleton",
-    "sensors", "sources", "mapping", "initial", "inputs",
+    "recording", "recordings", "table", "setup", "solution", "solutions", "reference", "motion",
+    "file", "body", "skeleton", "sensors", "sources", "mapping", "initial", "inputs",
 )  # fmt: skip
 _OUTPUTS = ("output", "json")
 

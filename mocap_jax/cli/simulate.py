@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ from mocap_jax.cli.exit_codes import SUCCESS, UsageError, unknown_choice
 from mocap_jax.cli.files import output_file
 from mocap_jax.cli.human_text import is_human
 from mocap_jax.cli.parser import count, number_between
+from mocap_jax.cli.setup_choice import add_setup_argument, setup_figures, warn_of_strangers
 from mocap_jax.cli.simulation_choices import (
     add_recording_arguments,
     refuse_for_raw,
@@ -21,8 +23,9 @@ from mocap_jax.errors import InputError
 
 if TYPE_CHECKING:
     from mocap_jax.body import Body
+    from mocap_jax.io import SetupFigures
     from mocap_jax.motion import Motion
-    from mocap_jax.simulation import SimulationOptions, Suit
+    from mocap_jax.simulation import Profile, SimulationOptions, Suit
 
 SUMMARY = "simulate the sensors of a person who performs a known motion"
 EXAMPLE = "mocap-jax simulate walking:0-3 -o walk.mcap --profile field --seed 1"
@@ -49,6 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="ideal (no errors), paper (white noise as published; default) or field "
         "(bias, mounting errors, soft tissue, outliers, ...)",
     )
+    add_setup_argument(parser, "readings err by it, and the set-up says so (default: --sensors')")
     parser.add_argument("--seed", type=count, default=0, metavar="N", help="of all random errors")
     parser.add_argument(
         "--raw", action="store_true",
@@ -85,11 +89,17 @@ def run(arguments: argparse.Namespace) -> int:
             )
         read = named_suit if arguments.sensors in SUITS else load_suit
         suit = read(arguments.sensors, with_shapes(motion.body))
+    worn = arguments.sensors if suit is not None and arguments.sensors not in SUITS else None
+    figures = setup_figures(arguments, worn)
     if arguments.raw:
-        return _run_raw(arguments, output, motion, suit, options)
+        return _run_raw(arguments, output, motion, suit, options, figures)
+    profile = _profile(arguments.profile, figures)
     recording = simulate(
-        motion, profile=arguments.profile, seed=arguments.seed, suit=suit, options=options
-    )
+        motion, profile=profile, seed=arguments.seed, suit=suit, options=options,
+        calibration=None if figures is None else figures.calibration,
+    )  # fmt: skip
+    if figures is not None:
+        warn_of_strangers(arguments, figures, recording.setup, tuple(recording.inertial))
     write_recording(output, recording)
     start, end = recording.interval
     print(
@@ -106,6 +116,7 @@ def _run_raw(
     motion: Motion,
     suit: Suit | None,
     options: SimulationOptions,
+    figures: SetupFigures | None,
 ) -> int:
     """Write the raw recording of a motion."""
     from tqdm import tqdm
@@ -113,9 +124,13 @@ def _run_raw(
     from mocap_jax.io.raw_file import write_raw
     from mocap_jax.simulation.raw import simulate_raw
 
+    profile = _profile(arguments.profile, figures)
     raw = simulate_raw(
-        motion, profile=arguments.profile, seed=arguments.seed, suit=suit, options=options
-    )
+        motion, profile=profile, seed=arguments.seed, suit=suit, options=options,
+        calibration=None if figures is None else figures.calibration,
+    )  # fmt: skip
+    if figures is not None:
+        warn_of_strangers(arguments, figures, raw.recording.setup, raw.wires)
     pieces = tqdm(raw.chunks(), desc="simulate", total=raw.pieces, disable=None)
     write_raw(
         output, raw.recording, raw.box, sample_rate_hz=raw.sample_rate_hz, wires=raw.wires,
@@ -127,6 +142,16 @@ def _run_raw(
         f"seed {arguments.seed}"
     )
     return SUCCESS
+
+
+def _profile(name: str, figures: SetupFigures | None) -> Profile:
+    """The profile, with the noise that a set-up file measured."""
+    from mocap_jax.simulation.profiles import profile_named
+
+    profile = profile_named(name)
+    if figures is None:
+        return profile
+    return dataclasses.replace(profile, stated=dataclasses.replace(profile.stated, **figures.noise))
 
 
 def _load_motion(arguments: argparse.Namespace) -> Motion:

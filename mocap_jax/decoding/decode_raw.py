@@ -16,7 +16,14 @@ from mocap_jax.errors import InputError
 from mocap_jax.io import protobuf_messages as pb
 from mocap_jax.io.raw_file import RawReader
 from mocap_jax.io.topics import ACOUSTIC
-from mocap_jax.recording import DriverBox, NoiseFigures, RangeStream, Recording, SensorSpec
+from mocap_jax.recording import (
+    DriverBox,
+    NoiseFigures,
+    RangeStream,
+    Recording,
+    SensorSpec,
+    calibrated,
+)
 from mocap_jax.signals.telemetry.converter import ConverterScales
 from mocap_jax.signals.ultrasonic.air import speed_of_sound
 from mocap_jax.signals.ultrasonic.arrivals import ArrivalDetector, DetectorOptions
@@ -58,7 +65,8 @@ def decode_raw(
     """Decode a raw recording in bounded memory.
 
     Frames that cannot be corrected and pulses that are not heard are missing from the result, not
-    guessed. A break in a wire's samples is a gap in both.
+    guessed. A break in a wire's samples is a gap in both. What comes out is corrected by the
+    calibration that the set-up holds.
 
     Args:
         path: raw MCAP file.
@@ -153,7 +161,7 @@ def _assembled(
     setup = replace(
         rest.setup, provenance=facts, sensors=sensors, noise=_coarser(rest.setup.noise, scales)
     )
-    recording = replace(rest, inertial=streams, ranges=ranges, setup=setup)
+    recording = calibrated(replace(rest, inertial=streams, ranges=ranges, setup=setup))
     slots = len(pulses.time) * len(wires)
     return Decoded(recording, boards, heard, slots)
 

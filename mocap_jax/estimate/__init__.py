@@ -9,6 +9,13 @@ from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.magnetic_heading import magnetic_heading
 from mocap_jax.estimate.orientation_options import OrientationPassOptions
 from mocap_jax.estimate.orientation_pass import orientation_pass
+from mocap_jax.estimate.range_only import (
+    AnchorRanges,
+    Odometry,
+    RangeOnlyOptions,
+    RangeOnlySolution,
+    range_only_path,
+)
 from mocap_jax.estimate.sequence.layout import UserResidual
 from mocap_jax.estimate.single_imu import (
     SingleImuOptions,
@@ -25,10 +32,10 @@ from mocap_jax.estimate.whole_sequence_options import (
 )
 
 __all__ = [
-    "ConstantsOptions", "ContactOptions", "DerivativeReport", "EkfOptions", "NoiseOptions",
-    "OptimiseOptions", "OrientationPassOptions", "PriorOptions", "SingleImuOptions",
-    "SingleImuSolution", "UserResidual", "absolute_position", "check_residual", "differentiable",
-    "differentiable_ekf", "ekf", "magnetic_heading", "optimise",
-    "orientation_pass", "smooth_orientation", "sparse_options",
-    "table1_options",
+    "AnchorRanges", "ConstantsOptions", "ContactOptions", "DerivativeReport", "EkfOptions",
+    "NoiseOptions", "Odometry", "OptimiseOptions", "OrientationPassOptions", "PriorOptions",
+    "RangeOnlyOptions", "RangeOnlySolution", "SingleImuOptions", "SingleImuSolution",
+    "UserResidual", "absolute_position", "check_residual", "differentiable", "differentiable_ekf",
+    "ekf", "magnetic_heading", "optimise", "orientation_pass", "range_only_path",
+    "smooth_orientation", "sparse_options", "table1_options",
 ]  # fmt: skip

@@ -40,6 +40,7 @@ from mocap_jax.recording import (
     Setup,
     TemperatureStream,
     Truth,
+    calibrated,
 )
 
 _TOPICS = "/inertial/<sensor>, /magnetic/<sensor>, /range, /root, /temperature, /truth/..."
@@ -51,7 +52,8 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
     """Read a recording from an MCAP file.
 
     A truncated or damaged file gives what is sound; `Recording.salvage` then says what was lost.
-    Measurements are not checked here: see `validate_recording`.
+    Measurements are not checked here: see `validate_recording`. A calibration in the set-up that
+    has not been applied is (`recording.uncalibrated` gives what the sensors read).
 
     Args:
         path: MCAP file with the topics of the documentation; attachments may be absent.
@@ -60,11 +62,11 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
         InputError: not an MCAP file, not a recording, written by a newer format version, or
             nothing can be read from it.
     """
-    return recording_from(path, read_contents(path))
+    return calibrated(recording_from(path, read_contents(path)))
 
 
 def recording_from(path: str | os.PathLike[str], contents: Contents) -> Recording:
-    """Make the recording of a file's contents (see `read_recording`)."""
+    """Make the recording of a file's contents, as the sensors read (see `read_recording`)."""
     _refuse_foreign(path, contents)
     return _Reader(path, contents).recording()
 

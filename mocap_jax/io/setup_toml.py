@@ -5,18 +5,21 @@ from __future__ import annotations
 import dataclasses
 import os
 import tomllib
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import tomli_w
 
-from mocap_jax.errors import InputError, unknown_name
+from mocap_jax.errors import InputError
 from mocap_jax.io.atomic import atomic_file
+from mocap_jax.io.calibration_toml import calibration_from_table, calibration_to_table
+from mocap_jax.io.toml_values import known_keys, number, sub_table
 from mocap_jax.recording import NoiseFigures, RestHold, SensorSpec, Setup
 
-_KEYS = ("pulse_interval", "speed_of_sound", "score_from", "sources", "noise", "rest", "sensors",
-         "provenance")  # fmt: skip
+SETUP_KEYS = (
+    "pulse_interval", "speed_of_sound", "score_from", "sources", "noise", "rest", "sensors",
+    "calibration", "provenance",
+)  # fmt: skip
 _SENSOR_KEYS = ("name", "site", "rate_hz")
 _REST_KEYS = ("start", "end", "pose")
 
@@ -38,6 +41,9 @@ def setup_to_toml(setup: Setup) -> str:
     table["sensors"] = [
         {"name": s.name, "site": s.site, "rate_hz": float(s.rate_hz)} for s in setup.sensors
     ]
+    calibration = calibration_to_table(setup.calibration)
+    if calibration:
+        table["calibration"] = calibration
     if setup.provenance:
         table["provenance"] = {k: _plain(v) for k, v in setup.provenance.items()}
     return tomli_w.dumps(table)
@@ -65,9 +71,9 @@ def setup_from_toml(text: str, name: str = "setup.toml") -> Setup:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{name}: not valid TOML: {error}") from error
-    _known_keys(table, _KEYS, name, "")
+    known_keys(table, SETUP_KEYS, name, "")
     default = Setup()
-    positive = lambda key, value: _number(table.get(key, value), name, key, above=0.0)  # noqa: E731
+    positive = lambda key, value: number(table.get(key, value), name, key, above=0.0)  # noqa: E731
     sources = table.get("sources", [])
     if not isinstance(sources, list) or not all(isinstance(s, str) for s in sources):
         raise InputError(f"{name}: 'sources' must be a list of site names")
@@ -76,10 +82,11 @@ def setup_from_toml(text: str, name: str = "setup.toml") -> Setup:
         sources=tuple(sources),
         pulse_interval=positive("pulse_interval", default.pulse_interval),
         speed_of_sound=positive("speed_of_sound", default.speed_of_sound),
-        noise=_noise(_table(table, "noise", name), name),
-        rest=_rest(_table(table, "rest", name), name) if "rest" in table else None,
-        score_from=_number(table.get("score_from", default.score_from), name, "score_from"),
-        provenance=_provenance(_table(table, "provenance", name), name),
+        noise=NoiseFigures(**noise_from_table(sub_table(table, "noise", name), name)),
+        rest=_rest(sub_table(table, "rest", name), name) if "rest" in table else None,
+        score_from=number(table.get("score_from", default.score_from), name, "score_from"),
+        calibration=calibration_from_table(sub_table(table, "calibration", name), name),
+        provenance=_provenance(sub_table(table, "provenance", name), name),
     )
 
 
@@ -105,34 +112,14 @@ def write_setup(path: str | os.PathLike[str], setup: Setup) -> None:
         stream.write(setup_to_toml(setup).encode())
 
 
-def _known_keys(table: dict[str, Any], valid: Iterable[str], name: str, where: str) -> None:
-    for key in table:
-        if key not in valid:
-            place = f" in [{where}]" if where else ""
-            raise InputError(f"{name}: {unknown_name(f'key{place}', key, valid)}")
+def noise_from_table(table: dict[str, Any], name: str) -> dict[str, float]:
+    """The figures that `[noise]` names.
 
-
-def _table(table: dict[str, Any], key: str, name: str) -> dict[str, Any]:
-    value = table.get(key, {})
-    if not isinstance(value, dict):
-        raise InputError(f"{name}: '{key}' must be a table ([{key}])")
-    return value
-
-
-def _number(value: Any, name: str, key: str, above: float | None = None) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or value != value:
-        raise InputError(f"{name}: '{key}' must be a number, not {value!r}")
-    if above is not None and not value > above:
-        raise InputError(f"{name}: '{key}' must be greater than {above:g}, not {value:g}")
-    return float(value)
-
-
-def _noise(table: dict[str, Any], name: str) -> NoiseFigures:
-    valid = [f.name for f in dataclasses.fields(NoiseFigures)]
-    _known_keys(table, valid, name, "noise")
-    return NoiseFigures(
-        **{key: _number(value, name, f"noise.{key}", above=0.0) for key, value in table.items()}
-    )
+    Raises:
+        InputError: unknown or wrong ones.
+    """
+    known_keys(table, [f.name for f in dataclasses.fields(NoiseFigures)], name, "noise")
+    return {key: number(value, name, f"noise.{key}", above=0.0) for key, value in table.items()}
 
 
 def _sensors(entries: Any, name: str) -> tuple[SensorSpec, ...]:
@@ -148,34 +135,34 @@ def _sensors(entries: Any, name: str) -> tuple[SensorSpec, ...]:
 
 def _sensor(entry: dict[str, Any], index: int, name: str) -> SensorSpec:
     where = f"sensors[{index}]"
-    _known_keys(entry, _SENSOR_KEYS, name, where)
+    known_keys(entry, _SENSOR_KEYS, name, where)
     for key in ("name", "rate_hz"):
         if key not in entry:
             raise InputError(f"{name}: {where} lacks '{key}' (keys: {', '.join(_SENSOR_KEYS)})")
     sensor, site = entry["name"], entry.get("site", entry["name"])
     if not isinstance(sensor, str) or not isinstance(site, str) or not sensor:
         raise InputError(f"{name}: {where}: 'name' and 'site' must be text")
-    return SensorSpec(sensor, site, _number(entry["rate_hz"], name, f"{where}.rate_hz", above=0.0))
+    return SensorSpec(sensor, site, number(entry["rate_hz"], name, f"{where}.rate_hz", above=0.0))
 
 
 def _rest(table: dict[str, Any], name: str) -> RestHold:
-    _known_keys(table, _REST_KEYS, name, "rest")
+    known_keys(table, _REST_KEYS, name, "rest")
     for key in ("start", "end"):
         if key not in table:
             raise InputError(f"{name}: [rest] lacks '{key}' (keys: {', '.join(_REST_KEYS)})")
-    start = _number(table["start"], name, "rest.start")
-    end = _number(table["end"], name, "rest.end")
+    start = number(table["start"], name, "rest.start")
+    end = number(table["end"], name, "rest.end")
     if not end > start:
         raise InputError(f"{name}: rest.end ({end:g} s) must be after rest.start ({start:g} s)")
     pose = {}
-    for joint, value in _table(table, "pose", f"{name}: [rest]").items():
+    for joint, value in sub_table(table, "pose", f"{name}: [rest]").items():
         values = value if isinstance(value, list) else [value]
         if len(values) not in (1, 4, 7):
             raise InputError(
                 f"{name}: rest.pose.{joint} has {len(values)} numbers; a hinge or slide joint has "
                 "1, a ball joint 4 (wxyz), a free joint 7 (xyz, wxyz)"
             )
-        pose[joint] = tuple(_number(v, name, f"rest.pose.{joint}") for v in values)
+        pose[joint] = tuple(number(v, name, f"rest.pose.{joint}") for v in values)
     return RestHold(start, end, pose)
 
 

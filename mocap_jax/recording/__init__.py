@@ -1,5 +1,12 @@
 """Recordings: measured streams, the declared set-up, and the truth of simulated ones."""
 
+from mocap_jax.recording.calibrated import calibrated, uncalibrated, with_calibration
+from mocap_jax.recording.calibration import (
+    AxisCalibration,
+    AxisNoise,
+    Calibration,
+    SourceOffset,
+)
 from mocap_jax.recording.cut import CUT_START, CUT_STOP, cut
 from mocap_jax.recording.driver_box import DriverBox
 from mocap_jax.recording.ragged_ends import ragged_ends
@@ -14,7 +21,8 @@ from mocap_jax.recording.streams import (
 )
 
 __all__ = [
-    "CUT_START", "CUT_STOP", "DriverBox", "InertialStream", "MagneticStream", "NoiseFigures",
-    "RangeStream", "Recording", "RestHold", "RootStream", "SensorSpec", "Setup",
-    "TemperatureStream", "Truth", "cut", "ragged_ends",
+    "CUT_START", "CUT_STOP", "AxisCalibration", "AxisNoise", "Calibration", "DriverBox",
+    "InertialStream", "MagneticStream", "NoiseFigures", "RangeStream", "Recording", "RestHold",
+    "RootStream", "SensorSpec", "Setup", "SourceOffset", "TemperatureStream", "Truth",
+    "calibrated", "cut", "ragged_ends", "uncalibrated", "with_calibration",
 ]  # fmt: skip

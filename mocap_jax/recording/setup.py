@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from mocap_jax.recording.calibration import Calibration
+
 
 @dataclass(frozen=True)
 class NoiseFigures:
@@ -65,5 +67,7 @@ class Setup:
     rest: RestHold | None = None
     score_from: float = 0.0
     """Errors are scored from this time on (after rest hold and blend) [s]."""
+    calibration: Calibration = field(default_factory=Calibration)
+    """What calibration recordings have shown of the sensors."""
     provenance: dict[str, str | float | int | bool] = field(default_factory=dict)
     """Free facts: motion file, profile, seed, low-pass cut-off, device, ..."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mocap_jax.motion import Motion
-from mocap_jax.recording import Recording
+from mocap_jax.recording import Calibration, Recording, uncalibrated
 from mocap_jax.simulation.inertial import sample_inertial, sample_times
 from mocap_jax.simulation.magnetic import sample_magnetic
 from mocap_jax.simulation.options import SimulationOptions
@@ -22,6 +22,7 @@ def simulate(
     seed: int = 0,
     suit: Suit | None = None,
     options: SimulationOptions | None = None,
+    calibration: Calibration | None = None,
 ) -> Recording:
     """Simulate what a suit records while a body performs a known motion.
 
@@ -35,6 +36,8 @@ def simulate(
         seed: of all randomness; the same seed gives the same recording.
         suit: boards and sources; default the standard suit fitted to the body.
         options: durations, rates, cut-off; default `SimulationOptions()`.
+        calibration: what the suit's sensors are known to err by, besides the profile's errors; it
+            is declared in the set-up, and the readings are those before `calibrated`.
 
     Returns:
         Measured streams, declared set-up with the nominal body, and the truth.
@@ -57,15 +60,17 @@ def simulate(
         magnetic = sample_magnetic(rig, spline, boards, time, options.magnetic_field, errs, seed)
     ranges, speeds = sample_ranges(rig, spline, suit, errs, options, seed)
     truth, q = stage.truth(time, more | speeds | turned[1] | magnetic[1])
-    return Recording(
+    setup = declared_setup(motion, suit, performance, errs, options, seed, calibration)
+    recording = Recording(
         inertial=inertial,
         ranges=ranges,
         root=sample_root(time, q, errs, seed),
         magnetic=magnetic[0],
         temperature=None,
         truth=truth,
-        setup=declared_setup(motion, suit, performance, errs, options, seed),
+        setup=setup,
         body_xml=stage.nominal.xml,
         start_utc_ns=options.start_utc_ns,
         subject=motion.name,
     )
+    return uncalibrated(recording)

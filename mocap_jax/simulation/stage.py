@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax.numpy as jnp
 import numpy as np
@@ -11,7 +11,7 @@ from jaxtyping import Float
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError
 from mocap_jax.motion import Motion
-from mocap_jax.recording import SensorSpec, Setup, Truth
+from mocap_jax.recording import Calibration, SensorSpec, Setup, Truth
 from mocap_jax.simulation.default_suit import default_suit
 from mocap_jax.simulation.mounting import mount, with_shapes
 from mocap_jax.simulation.options import SimulationOptions
@@ -131,8 +131,9 @@ def declared_setup(
     profile: Profile,
     options: SimulationOptions,
     seed: int,
+    calibration: Calibration | None,
 ) -> Setup:
-    """What the user of the suit would declare."""
+    """What the user of the suit would declare, for readings that its calibration has corrected."""
     facts: dict[str, str | float | int | bool] = {
         **{f"motion_{key}": value for key, value in motion.facts.items()},
         "simulated": True,
@@ -154,5 +155,6 @@ def declared_setup(
         noise=profile.stated,
         rest=performance.rest,
         score_from=performance.score_from,
+        calibration=replace(calibration or Calibration(), applied=calibration is not None),
         provenance=facts,
     )

@@ -14,6 +14,7 @@
 
 `layout = "default"` at the top starts from the standard suit of the body instead, or from a suit of
 `SUITS` by its name; entries of the file are then added, replacing those of the same name.
+`[noise]` and `[calibration]` may stand in the same file (docs/setup_toml.md).
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from mocap_jax.simulation.suit import SOURCE_PREFIX, Mounting, Suit
 
 _KEYS = ("name", "segment", "position", "orientation")
 _TABLES = ("boards", "sources")
+_ENTRIES = (*_TABLES, "layout", "noise", "calibration")
 _LAYOUTS = ("default", *SUITS)
 
 
@@ -92,8 +94,8 @@ def _parse(path: Path) -> dict[str, object]:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not valid TOML: {error}") from error
     for key in document:
-        if key not in (*_TABLES, "layout"):
-            raise InputError(f"{path}: {unknown_name('entry', key, (*_TABLES, 'layout'))}")
+        if key not in _ENTRIES:
+            raise InputError(f"{path}: {unknown_name('entry', key, _ENTRIES)}")
     return document
 
 

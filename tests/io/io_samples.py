@@ -6,6 +6,9 @@ import numpy as np
 
 from mocap_jax.body import Body
 from mocap_jax.recording import (
+    AxisCalibration,
+    AxisNoise,
+    Calibration,
     InertialStream,
     MagneticStream,
     NoiseFigures,
@@ -15,6 +18,7 @@ from mocap_jax.recording import (
     RootStream,
     SensorSpec,
     Setup,
+    SourceOffset,
     TemperatureStream,
     Truth,
 )
@@ -79,6 +83,19 @@ def random_inertial(rng: np.random.Generator, n: int, rate: float = 140.0) -> In
     return stream
 
 
+def random_calibration() -> Calibration:
+    """Applied, so that a recording with it is read back as it was written."""
+    axes = AxisCalibration((0.1, -0.2, 1 / 3), (1.01, 0.99, 1.0), (1e-3, 2e-3, 3e-3), (1e-4,) * 3)
+    return Calibration(
+        accelerometer={SENSORS[0]: axes},
+        gyroscope={SENSORS[1]: axes, SENSORS[0]: AxisCalibration()},
+        source_offset={"source/belly": SourceOffset(0.0031, 0.0004)},
+        accelerometer_noise={SENSORS[0]: AxisNoise((1e-3,) * 3, (0.0,) * 3, (1e-5, 0.0, 2e-5))},
+        gyroscope_noise={SENSORS[0]: AxisNoise((1e-4,) * 3)},
+        applied=True,
+    )
+
+
 def random_setup() -> Setup:
     return Setup(
         sensors=tuple(SensorSpec(s, s, 140.0) for s in SENSORS),
@@ -87,6 +104,7 @@ def random_setup() -> Setup:
         noise=NoiseFigures(accelerometer=0.1 + 0.2),
         rest=RestHold(0.0, 2.0, {"RightKnee": (0.1,), "RightHip": (1.0, 0.0, 0.0, 0.0)}),
         score_from=3.5,
+        calibration=random_calibration(),
         provenance={"profile": "paper", "seed": 3, "cut_off_hz": 1 / 3, "raw": False},
     )
 

@@ -11,7 +11,15 @@ from jaxtyping import Float, Int16
 
 from mocap_jax.errors import InputError
 from mocap_jax.motion import Motion
-from mocap_jax.recording import DriverBox, Recording, TemperatureStream
+from mocap_jax.recording import (
+    Calibration,
+    DriverBox,
+    InertialStream,
+    Recording,
+    Setup,
+    TemperatureStream,
+    uncalibrated,
+)
 from mocap_jax.signals.telemetry.converter import ConverterScales
 from mocap_jax.signals.telemetry.frame import FRAME_RATE_HZ
 from mocap_jax.signals.ultrasonic.air import temperature
@@ -96,6 +104,7 @@ def simulate_raw(
     suit: Suit | None = None,
     options: SimulationOptions | None = None,
     raw: RawOptions | None = None,
+    calibration: Calibration | None = None,
 ) -> RawSimulation:
     """Simulate the wires of a suit while a body performs a known motion.
 
@@ -110,6 +119,7 @@ def simulate_raw(
         suit: boards and sources; default the standard suit fitted to the body.
         options: durations, rates, cut-off.
         raw: levels on the wires, and the room.
+        calibration: as for `simulate`.
 
     Raises:
         InputError: as `simulate`; a suit without sources; boards of another frame rate.
@@ -127,12 +137,20 @@ def simulate_raw(
     time = sample_times(stage.duration, options.inertial_rate_hz)
     exact = replace(errs, white=False, loss=0.0, clock_offset=0.0)
     means, more = sample_inertial(stage.rig, stage.spline, stage.boards, time, exact, seed)
+    setup = declared_setup(motion, stage.suit, stage.performance, errs, options, seed, calibration)
+    means = _as_read(means, setup)
     scales = ConverterScales()
     boards = tuple(
         make_board(name, means[name], stage.duration, errs, scales, raw.clock_ppm, seed)
         for name in stage.boards
     )
-    return _assembled(motion, stage, errs, options, raw, seed, boards, more)
+    return _assembled(motion, stage, errs, options, raw, seed, boards, more, setup)
+
+
+def _as_read(means: dict[str, InertialStream], setup: Setup) -> dict[str, InertialStream]:
+    """Readings before the set-up's calibration."""
+    bare = Recording(means, None, None, {}, None, None, setup, None)
+    return uncalibrated(bare).inertial
 
 
 def _assembled(
@@ -144,6 +162,7 @@ def _assembled(
     seed: int,
     boards: tuple[Board, ...],
     parameters: dict[str, np.ndarray],
+    setup: Setup,
 ) -> RawSimulation:
     speed, offset = true_speed(errs, options, seed), true_offsets(stage.suit, errs, seed)
     # As in the direct simulation, the last pulse arrives before the motion ends.
@@ -154,14 +173,15 @@ def _assembled(
     )  # fmt: skip
     paths = trace_paths(stage.rig, stage.spline, flights, emissions, errs, raw, speed, seed)
     detuned = raw.detune_hz * stream(seed, "raw_resonance").standard_normal(len(offset))
+    known = setup.calibration.source_offset
+    excess = offset + [known[s].offset if s in known else 0.0 for s in stage.suit.source_sites]
     field = SoundField(
-        flights.time, flights.source, paths, speed, offset / options.speed_of_sound,
+        flights.time, flights.source, paths, speed, excess / options.speed_of_sound,
         [(40_000.0 + d, _QUALITY) for d in detuned],
     )  # fmt: skip
     time = sample_times(stage.duration, options.inertial_rate_hz)
     parameters = parameters | offset_parameters(stage.suit, offset)
     truth, q = stage.truth(time, parameters | {"speed_of_sound": np.array(speed)})
-    setup = declared_setup(motion, stage.suit, stage.performance, errs, options, seed)
     # The thermometer's error is what makes the declared speed of sound wrong.
     air = np.arange(0.0, stage.duration, 1.0)
     celsius = float(temperature(options.speed_of_sound))
@@ -172,7 +192,7 @@ def _assembled(
         magnetic={},
         temperature=TemperatureStream(device_put(air), device_put(np.full(len(air), celsius))),
         truth=truth,
-        setup=setup,
+        setup=replace(setup, calibration=replace(setup.calibration, applied=False)),
         body_xml=stage.nominal.xml,
         start_utc_ns=options.start_utc_ns,
         subject=motion.name,

@@ -1,0 +1,135 @@
+"""Tables of known distances (CSV), and their readings from recordings."""
+
+from __future__ import annotations
+
+import csv
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mocap_jax.errors import InputError, unknown_name
+
+if TYPE_CHECKING:
+    from mocap_jax.calibration import KnownDistance
+    from mocap_jax.recording import Recording
+
+_NEEDED = ("source", "true_m")
+_COLUMNS = (*_NEEDED, "measured_m", "receiver", "recording", "start_s", "end_s")
+
+
+def known_distances(
+    path: str | os.PathLike[str], recordings: dict[str, Recording]
+) -> list[KnownDistance]:
+    """Read a table of known distances.
+
+    Args:
+        path: CSV file; its columns are described by `mocap-jax calibrate offsets --help`.
+        recordings: by path, for lines without a reading of their own.
+
+    Raises:
+        InputError: missing or wrong file, column, number, source, receiver or recording; the line
+            is named.
+    """
+    rows = _rows(path)
+    if "measured_m" in rows[0][1]:
+        return _grouped(path, rows)
+    if not recordings:
+        raise InputError(f"{path}: has no column 'measured_m'; name the recordings to read from")
+    if "receiver" not in rows[0][1]:
+        raise InputError(f"{path}: has no column 'receiver'; columns: {', '.join(_COLUMNS)}")
+    return [_from_recording(f"{path}: line {line}", row, recordings) for line, row in rows]
+
+
+def _rows(path: str | os.PathLike[str]) -> list[tuple[int, dict[str, str]]]:
+    """Lines with their numbers; blanks around entries and empty lines do not matter."""
+    try:
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise InputError(f"{path}: cannot read: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not a text file, so not CSV") from error
+    lines = [line for line in text.splitlines() if line.strip()]
+    heading = [name.strip() for name in next(csv.reader(lines[:1]), [])]
+    for name in heading:
+        if name not in _COLUMNS:
+            raise InputError(f"{path}: {unknown_name('column', name, _COLUMNS)}")
+    for name in _NEEDED:
+        if name not in heading:
+            raise InputError(f"{path}: has no column '{name}'; columns: {', '.join(_COLUMNS)}")
+    rows = []
+    for number, row in enumerate(csv.reader(lines[1:]), 2):
+        if len(row) != len(heading):
+            raise InputError(
+                f"{path}: line {number} has {len(row)} entries, the heading {len(heading)}"
+            )
+        rows.append((number, dict(zip(heading, (x.strip() for x in row), strict=True))))
+    if not rows:
+        raise InputError(f"{path}: has a heading but no distances")
+    return rows
+
+
+def _grouped(
+    path: str | os.PathLike[str], rows: list[tuple[int, dict[str, str]]]
+) -> list[KnownDistance]:
+    """Readings of the table itself; those of one source, receiver and distance belong together."""
+    from mocap_jax.calibration import KnownDistance
+
+    groups: dict[tuple[str, str, float], list[float]] = {}
+    for line, row in rows:
+        where = f"{path}: line {line}"
+        key = (row["source"], row.get("receiver", ""), _number(row["true_m"], where, "true_m"))
+        groups.setdefault(key, []).append(_number(row["measured_m"], where, "measured_m"))
+    return [
+        KnownDistance(source, true, np.array(readings), receiver)
+        for (source, receiver, true), readings in groups.items()
+    ]
+
+
+def _from_recording(
+    where: str, row: dict[str, str], recordings: dict[str, Recording]
+) -> KnownDistance:
+    from mocap_jax.calibration import KnownDistance, pair_readings
+
+    path = _recording_of(where, row, recordings)
+    start, end = (
+        _number(row[key], where, key) if row.get(key) else default
+        for key, default in (("start_s", -np.inf), ("end_s", np.inf))
+    )
+    try:
+        readings = pair_readings(recordings[path], row["source"], row["receiver"], (start, end))
+    except InputError as error:
+        raise InputError(f"{where}: {path}: {error}") from error
+    if not readings.size:
+        raise InputError(
+            f"{where}: {path} has no reading of source '{row['source']}' by '{row['receiver']}'"
+            + (f" from {start:g} to {end:g} s" if np.isfinite([start, end]).any() else "")
+        )
+    source = row["source"]
+    if source not in recordings[path].ranges.source_names:  # type: ignore[union-attr]
+        source = f"source/{source}"
+    return KnownDistance(source, _number(row["true_m"], where, "true_m"), readings, row["receiver"])
+
+
+def _recording_of(where: str, row: dict[str, str], recordings: dict[str, Recording]) -> str:
+    """Path of the recording that a line speaks of."""
+    name = row.get("recording", "")
+    if not name:
+        if len(recordings) == 1:
+            return next(iter(recordings))
+        raise InputError(f"{where}: names no recording; valid: {', '.join(recordings)}")
+    matches = [p for p in recordings if p == name or Path(p).name == name]
+    if len(matches) != 1:
+        raise InputError(f"{where}: {unknown_name('recording', name, recordings)}")
+    return matches[0]
+
+
+def _number(text: str, where: str, column: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not np.isfinite(value):
+        raise InputError(f"{where}: {column} '{text}' is not a number")
+    return value

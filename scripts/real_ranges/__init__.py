@@ -1,0 +1,1 @@
+"""Other people's ranging data: NIST, Monash and Plaza 2."""

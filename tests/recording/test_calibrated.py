@@ -1,0 +1,105 @@
+"""Readings corrected by a calibration, once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mocap_jax.recording import (
+    AxisCalibration,
+    Calibration,
+    InertialStream,
+    RangeStream,
+    Recording,
+    Setup,
+    SourceOffset,
+    calibrated,
+    uncalibrated,
+    with_calibration,
+)
+
+ACCELEROMETER = AxisCalibration(zero=(0.1, -0.2, 0.3), slope=(1.02, 0.97, 1.0))
+GYROSCOPE = AxisCalibration(zero=(0.01, 0.0, -0.02), slope=(0.99, 1.0, 1.05))
+
+
+@pytest.fixture
+def true() -> Recording:
+    """What perfect sensors would read."""
+    random = np.random.default_rng(0)
+    time = np.arange(20) / 100
+
+    def board() -> InertialStream:
+        force, rate = random.normal(size=(2, 20, 3))
+        force[3] = np.nan
+        return InertialStream(time, 9 * force, rate, np.full((20, 4), np.nan))
+
+    ranges = RangeStream(
+        time, np.arange(20) % 2, np.zeros(20, int), random.uniform(0.5, 1, 20), np.ones(20),
+        ("source/a", "source/b"), ("one",),
+    )  # fmt: skip
+    return Recording(
+        inertial={"one": board(), "two": board()}, ranges=ranges, root=None, magnetic={},
+        temperature=None, truth=None, setup=Setup(), body_xml=None,
+    )  # fmt: skip
+
+
+CALIBRATION = Calibration(
+    accelerometer={"one": ACCELEROMETER}, gyroscope={"one": GYROSCOPE},
+    source_offset={"source/b": SourceOffset(0.02)},
+)  # fmt: skip
+
+
+@pytest.fixture
+def read(true) -> Recording:
+    """The same as sensors of known errors read it; errors written out here."""
+    one = true.inertial["one"]
+    wrong = replace(
+        one,
+        accelerometer=one.accelerometer * [1.02, 0.97, 1.0] + [0.1, -0.2, 0.3],
+        gyroscope=one.gyroscope * [0.99, 1.0, 1.05] + [0.01, 0.0, -0.02],
+    )
+    distance = true.ranges.distance + np.where(np.arange(20) % 2, 0.02, 0.0)
+    return replace(
+        true, inertial=true.inertial | {"one": wrong},
+        ranges=replace(true.ranges, distance=distance), setup=Setup(calibration=CALIBRATION),
+    )  # fmt: skip
+
+
+def same(a: Recording, b: Recording) -> None:
+    for name in a.inertial:
+        for kind in ("accelerometer", "gyroscope"):
+            one, other = getattr(a.inertial[name], kind), getattr(b.inertial[name], kind)
+            np.testing.assert_allclose(one, other, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(a.ranges.distance, b.ranges.distance, rtol=0, atol=1e-15)
+
+
+def test_readings_are_corrected_once(true, read) -> None:
+    out = calibrated(read)
+    same(out, true)
+    assert out.setup.calibration.applied
+    assert calibrated(out) is out
+    back = uncalibrated(out)
+    same(back, read)
+    assert back.setup == read.setup
+    assert uncalibrated(read) is read
+
+
+def test_nothing_to_apply_leaves_the_recording_as_it_is(true) -> None:
+    assert calibrated(true) is true
+
+
+def test_newer_figures_replace_older_ones_and_leave_the_rest(true, read) -> None:
+    wrong = AxisCalibration(zero=(5.0, 5.0, 5.0))
+    older = replace(
+        read, setup=Setup(calibration=replace(CALIBRATION, accelerometer={"one": wrong}))
+    )
+    newer = Calibration(accelerometer={"one": ACCELEROMETER})
+    for start in (older, calibrated(older)):
+        out = with_calibration(start, newer, {"gyroscope": 0.5})
+        same(out, true)
+        assert out.setup.noise.gyroscope == 0.5
+        assert out.setup.noise.accelerometer == true.setup.noise.accelerometer
+        assert out.setup.calibration.accelerometer == {"one": ACCELEROMETER}
+        assert out.setup.calibration.gyroscope == {"one": GYROSCOPE}
