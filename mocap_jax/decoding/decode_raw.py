@@ -12,6 +12,7 @@ from jax import device_put
 
 from mocap_jax.decoding.inertial import BoardSummary, inertial_stream
 from mocap_jax.decoding.pulses import Pulses
+from mocap_jax.decoding.reach import longest_distances
 from mocap_jax.errors import InputError
 from mocap_jax.io import protobuf_messages as pb
 from mocap_jax.io.raw_file import RawReader
@@ -175,16 +176,20 @@ def _ranges(
     time, names = pulses.time, tuple(wires)
     source, source_names = pulses.sources(rest.setup.sources)
     delay = np.full((len(time), len(names)), np.nan)
-    amplitude = np.full_like(delay, np.nan)
+    amplitude, deviation = np.full_like(delay, np.nan), np.full_like(delay, np.nan)
     for r, wire in enumerate(wires.values()):
         for stretch in wire.stretches:
             found = stretch.arrivals()
             delay[found.pulse, r] = found.delay
             amplitude[found.pulse, r] = found.amplitude / decoder.box.reference
+            deviation[found.pulse, r] = found.deviation
     known = decoder.box.source_offset_m
     offset = np.array([known.get(name, 0.0) for name in source_names])
-    out = measure(time, source, delay, amplitude, _speed(rest, time), offset,
-                  farthest=decoder.options.farthest_m)  # fmt: skip
+    farthest = np.minimum(decoder.options.farthest_m, longest_distances(rest, source_names, names))
+    out = measure(
+        time, source, delay, amplitude, _speed(rest, time), offset,
+        farthest=farthest, deviation=deviation, nominal=rest.setup.noise.range,
+    )  # fmt: skip
     pulse, receiver = np.nonzero(out.confidence > 0)
     ranges = RangeStream(
         time=device_put(time[pulse]),

@@ -52,6 +52,7 @@ class BandSplitter:
     def __init__(self, length: int, transducer: Transducer = NOMINAL) -> None:
         self.length, self._transducer = length, transducer
         offset = scipy.fft.fftfreq(length // SOUND_STEP, 1 / SOUND_RATE_HZ)
+        self._offset = offset
         self._carrier = round(CARRIER_HZ * length / SAMPLE_RATE_HZ)
         self._narrow = _window(np.abs(offset), _HALF_WIDTH_HZ, _SKIRT_HZ)
         self._match = self._matching(offset)
@@ -67,6 +68,10 @@ class BandSplitter:
         spectrum = spectrum * _window(np.abs(offset), _MATCHED_WIDTH_HZ, _MATCHED_SKIRT_HZ)
         gain = (np.abs(spectrum) ** 2).sum() / len(offset)
         return (spectrum.conj() / gain).astype(np.complex64)
+
+    def noise_power(self, *, matched: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Frequencies about the carrier [Hz], and what white noise has there behind the filter."""
+        return self._offset, np.abs(self._match if matched else self._narrow) ** 2
 
     def split(self, samples: np.ndarray) -> Bands:
         """Bands of a block of the wire's samples."""
