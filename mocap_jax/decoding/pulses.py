@@ -35,6 +35,14 @@ class Pulses:
         """[s]"""
         return np.array(self._time, np.float64)
 
+    def missing(self, interval: float) -> int:
+        """How many pulses are not there although the pulses before and behind are.
+
+        Args:
+            interval: between pulses [s].
+        """
+        return int(np.maximum(np.rint(np.diff(self.time) / interval) - 1, 0).sum())
+
     def sources(self, order: tuple[str, ...]) -> tuple[np.ndarray, tuple[str, ...]]:
         """Index of each pulse's source, and the names: those declared first."""
         names = tuple(dict.fromkeys([*order, *self.names]))
