@@ -183,6 +183,14 @@ def test_absorption_matches_the_table_of_iso_9613():
     assert 1.0 < absorption(CARRIER, 20.0, 50.0) < 1.6
 
 
+def test_speed_of_sound_in_humid_air():
+    # National Physical Laboratory's calculator (Cramer 1993), 20 degrees Celsius, 101.325 kPa.
+    for humidity, faster in ((0.0, 0.0), (50.0, 0.63), (100.0, 1.27)):
+        assert speed_of_sound(20.0, humidity) - speed_of_sound(20.0) == pytest.approx(
+            faster, abs=0.08
+        )
+
+
 def test_speed_of_sound_and_temperature_are_inverse():
     assert speed_of_sound(20.0) == pytest.approx(343.29, abs=0.01)
     np.testing.assert_allclose(temperature(speed_of_sound([0.0, 25.0])), [0.0, 25.0], atol=1e-9)
