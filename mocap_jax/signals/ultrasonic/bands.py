@@ -26,7 +26,7 @@ TELEMETRY_RATE_HZ = SAMPLE_RATE_HZ / TELEMETRY_STEP
 _HALF_WIDTH_HZ, _SKIRT_HZ = 2500.0, 500.0
 """40 kHz +- 2.5 kHz (Vlasic 2007, section 4.1)."""
 _MATCHED_WIDTH_HZ, _MATCHED_SKIRT_HZ = 3500.0, 2000.0
-"""Tones beyond 5.5 kHz are kept out, for 3 % of the RMSE in white noise."""
+"""Tones beyond 5.5 kHz are kept out, for 5 % of the RMSE in white noise."""
 _TELEMETRY_PASS_HZ, _TELEMETRY_STOP_HZ = 8000.0, 13_000.0
 
 
