@@ -11,14 +11,14 @@ import numpy as np
 from jax import device_put
 
 from mocap_jax.decoding.air import AirOptions, speed_at
-from mocap_jax.decoding.inertial import BoardSummary, inertial_stream
+from mocap_jax.decoding.inertial import BoardSummary, inertial_stream, with_round_off
 from mocap_jax.decoding.pulses import Pulses
 from mocap_jax.decoding.reach import longest_distances
 from mocap_jax.errors import InputError
 from mocap_jax.io import protobuf_messages as pb
 from mocap_jax.io.raw_file import RawReader
 from mocap_jax.io.topics import ACOUSTIC
-from mocap_jax.recording import DriverBox, NoiseFigures, RangeStream, Recording, SensorSpec
+from mocap_jax.recording import DriverBox, RangeStream, Recording, SensorSpec
 from mocap_jax.signals.telemetry.converter import ConverterScales
 from mocap_jax.signals.ultrasonic.arrivals import ArrivalDetector, DetectorOptions
 from mocap_jax.signals.ultrasonic.bands import SAMPLE_RATE_HZ
@@ -195,7 +195,10 @@ def _assembled(
     facts |= {name: value for name, value in given.items() if value is not None}
     sensors = rest.setup.sensors or tuple(SensorSpec(name, name, 140.0) for name in wires)
     setup = replace(
-        rest.setup, provenance=facts, sensors=sensors, noise=_coarser(rest.setup.noise, scales)
+        rest.setup,
+        provenance=facts,
+        sensors=sensors,
+        noise=with_round_off(rest.setup.noise, scales),
     )
     if speed.size:
         setup = replace(setup, speed_of_sound=float(speed.mean()))
@@ -204,16 +207,6 @@ def _assembled(
     gaps = tuple(Gap(name, *ends) for name, wire in wires.items() for ends in wire.breaks)
     missing = pulses.missing(rest.setup.pulse_interval)
     return Decoded(recording, boards, heard, slots, gaps, missing)
-
-
-def _coarser(noise: NoiseFigures, scales: ConverterScales) -> NoiseFigures:
-    """Noise figures with the round-off of levels, which the carried part makes twice as large."""
-    gyroscope, accelerometer = scales.per_level[[0, 3]]
-    return replace(
-        noise,
-        gyroscope=float(np.hypot(noise.gyroscope, gyroscope / np.sqrt(6.0))),
-        accelerometer=float(np.hypot(noise.accelerometer, accelerometer / np.sqrt(6.0))),
-    )
 
 
 def _ranges(

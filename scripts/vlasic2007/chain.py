@@ -17,18 +17,22 @@ if TYPE_CHECKING:
 def recorded(motion: mj.Motion, cell: Cell) -> mj.Recording:
     """The recording that a cell's estimate is made from.
 
-    `direct` is the profile as it stands; `wired` leaves out what only boards on radio suffer (lost
-    samples, clocks of their own), which no wire has; `raw` has the errors of `wired` on the way to
-    the driver box, and measures whatever decoding makes of the waveforms.
+    `direct` is the profile as it stands. `raw` is what decoding makes of the waveforms. `wired` is
+    simulated directly, with the noise that `raw` has: without what only boards on radio suffer
+    (lost samples, clocks of their own), and with the round-off of telemetry.
     """
     import mocap_jax as mj
+    from mocap_jax.decoding import with_round_off
+    from mocap_jax.signals.telemetry.converter import ConverterScales
     from mocap_jax.simulation import PROFILES
 
     if cell.chain == "direct":
         return mj.simulate(motion, profile=cell.profile, seed=cell.seed)
     profile = dataclasses.replace(PROFILES[cell.profile], loss=0.0, clock_offset=0.0)
     if cell.chain == "wired":
-        return mj.simulate(motion, profile=profile, seed=cell.seed)
+        noise = with_round_off(profile.stated, ConverterScales())
+        wired = dataclasses.replace(profile, stated=noise)
+        return mj.simulate(motion, profile=wired, seed=cell.seed)
     return through_the_wires(motion, profile, cell.seed)
 
 
