@@ -180,7 +180,7 @@ for axis, values, exact, label in (
     axis.plot(stream.time, exact[frame], "k:", linewidth=0.8)
     axis.set(ylabel=label)
     rms = np.sqrt(np.nanmean((np.asarray(values) - exact[frame]) ** 2))
-    print(f"{label}: RMS error {rms:.4f}, with white noise and 12-bit levels")
+    print(f"{label}: RMS error {rms:.4f}, with white noise, 12-bit levels and 6-bit steps")
 axes[0].set_title("right forearm: decoded (lines) and true (dotted)")
 axes[1].set(xlabel="time [s]")
 plt.show()
