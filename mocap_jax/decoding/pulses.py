@@ -28,7 +28,8 @@ class Pulses:
         if source not in self.names:
             self.names.append(source)
         if n == len(self._time):  # Views that were handed out stay what they are.
-            self._time, self._source = (np.resize(x, 2 * n) for x in (self._time, self._source))
+            self._time = np.concatenate([self._time, np.zeros(n)])
+            self._source = np.concatenate([self._source, np.zeros(n, np.int64)])
         self._time[n], self._source[n] = time, self.names.index(source)
         self._count = n + 1
 
