@@ -14,6 +14,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "scripts"))
 from estimate_store import Store
 from vlasic2007 import cells
 from vlasic2007.cells import Cell
+from vlasic2007.chain import recorded
 from vlasic2007.checks import check_lines
 from vlasic2007.paper import COMBINATIONS, JOINTS, mean_of_joints
 from vlasic2007.results import Results
@@ -21,8 +22,24 @@ from vlasic2007.scores import _moments
 from vlasic2007.tables import markdown, text
 from vlasic2007.treadmill import Shoulder, keep, read, walking_in_place
 
+from mocap_jax.body import load_body
+from mocap_jax.motion import Motion
+from mocap_jax.trajectory import Trajectory
+
 CELL = Cell("clips/02_01.amc", "field", 3, "A+G+D", "ekf", None)
 SECTION = ("02_01", "field")
+NOD = """<mujoco>
+  <worldbody>
+    <body name="Pelvis" pos="0 0 1">
+      <freejoint name="root"/>
+      <geom type="capsule" size=".1" fromto="0 -.1 0 0 .1 0"/>
+      <body name="T8" pos="0 0 .3">
+        <joint name="T8" type="ball"/>
+        <geom type="capsule" size=".1" fromto="0 -.1 .1 0 .1 .1"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>"""
 
 
 def scores(values: np.ndarray, observed: float = 2.0) -> dict:
@@ -44,7 +61,7 @@ def test_store_keeps_each_cell_apart(tmp_path: Path):
         dataclasses.replace(CELL, **change)
         for change in (
             {"motion": "clips/02_03.amc"}, {"profile": "paper"}, {"seed": 4}, {"cut": 5.0},
-            {"combination": "A+G"}, {"method": "optimise"},
+            {"combination": "A+G"}, {"method": "optimise"}, {"chain": "wired"}, {"chain": "raw"},
         )
     ]  # fmt: skip
     store.write(CELL, {"frames": 7})
@@ -93,6 +110,37 @@ def test_ratios_are_of_the_seeds_that_both_rows_have():
     assert one.seeds == other.seeds == {1}
     assert any("5.000" in line and "A+G, optimiser / smoothed" in line
                for line in check_lines(results))  # fmt: skip
+
+
+def test_waveforms_stand_beside_direct_measurements():
+    found = []
+    for chain, seed, value in (("wired", 0, 2.0), ("raw", 0, 2.1), ("raw", 1, 9.0)):
+        cell = dataclasses.replace(CELL, chain=chain, seed=seed)
+        found.append((cell, scores(np.full(5, value), 2 * value)))
+    results = Results(found, 3)
+    assert results.sections == [("02_01", "field, wired"), ("02_01", "field, from waveforms")]
+    lines = [line for line in check_lines(results) if "from waveforms / direct" in line]
+    assert len(lines) == 2 and all("1.050" in line and "<= 1.1" in line for line in lines)
+
+
+def test_the_wires_bring_what_was_simulated_directly(monkeypatch):
+    """Two segments that hold still; the same person, pose and errors on either way."""
+    body = load_body(NOD)
+    time = np.arange(90) / 60
+    path = Trajectory(time, np.tile(np.asarray(body.qpos0), (len(time), 1)))
+    cell = dataclasses.replace(CELL, motion="routine", seed=2)
+    motion = Motion("nod", body, path)
+    direct, raw = (
+        recorded(motion, dataclasses.replace(cell, chain=chain)) for chain in ("wired", "raw")
+    )
+    assert raw.inertial.keys() == direct.inertial.keys()
+    assert raw.setup.noise == direct.setup.noise  # with the round-off of telemetry
+    assert raw.setup.provenance["decoded"] and raw.truth.body_xml == direct.truth.body_xml
+    for name, stream in raw.inertial.items():
+        mean, other = (np.nanmean(np.asarray(s.accelerometer), axis=0)
+                       for s in (stream, direct.inertial[name]))  # fmt: skip
+        np.testing.assert_allclose(mean, other, atol=0.02)
+    assert "decoded" not in direct.setup.provenance
 
 
 def test_tables_stand_beside_the_paper_and_count_failures():

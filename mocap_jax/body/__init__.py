@@ -14,12 +14,13 @@ from mocap_jax.body.kinematics import (
 )
 from mocap_jax.body.model import Body, body_from_model, load_body
 from mocap_jax.body.piecewise import Piecewise
+from mocap_jax.body.reach import reach
 from mocap_jax.body.tangent import difference, normalise, retract, transport
 from mocap_jax.body.topology import Topology
 
 __all__ = [
     "Body", "Coupling", "Frames", "Piecewise", "SiteFrames", "SiteMotion", "Topology",
     "body_from_model", "coupled_joints", "couplings", "difference", "floating_dofs", "follow",
-    "frames", "load_body", "normalise", "retract", "site_frames", "site_jacobians", "site_motion",
-    "site_segments", "sites_on_frames", "transport", "with_floating_sites",
+    "frames", "load_body", "normalise", "reach", "retract", "site_frames", "site_jacobians",
+    "site_motion", "site_segments", "sites_on_frames", "transport", "with_floating_sites",
 ]  # fmt: skip

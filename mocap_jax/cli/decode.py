@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from mocap_jax.cli.exit_codes import unknown_choice
 from mocap_jax.cli.files import exit_code, output_file
-from mocap_jax.cli.parser import count
+from mocap_jax.cli.parser import count, number_between
 from mocap_jax.cli.setup_choice import add_setup_argument, corrected, setup_figures
+
+if TYPE_CHECKING:
+    from mocap_jax.decoding import Decoded
 
 SUMMARY = "decode a raw driver-box recording to distances and inertial readings"
 EXAMPLE = "mocap-jax decode walk.raw.mcap -o walk.mcap"
@@ -25,6 +31,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="of ultrasonic arrivals: matched or inflection",
     )  # fmt: skip
     add_setup_argument(parser, "readings and distances are corrected by it")
+    parser.add_argument(
+        "--temperature", type=number_between(-60, 60), metavar="C",
+        help="of the air [degrees Celsius]; default: as recorded, or the declared speed of sound",
+    )  # fmt: skip
+    parser.add_argument(
+        "--humidity", type=number_between(0, 100), metavar="PERCENT",
+        help="of the air, relative; default: dry (50 %% at 20 C: distances 0.2 %% longer)",
+    )  # fmt: skip
     parser.add_argument("--workers", type=count, default=2, metavar="N", help="threads (default 2)")
 
 
@@ -33,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     output = output_file(arguments.output, (".mcap",))
     from tqdm import tqdm
 
-    from mocap_jax.decoding import decode_raw
+    from mocap_jax.decoding import AirOptions, decode_raw
     from mocap_jax.io import write_recording
     from mocap_jax.signals.ultrasonic.arrivals import DETECTORS, DetectorOptions
 
@@ -48,21 +62,37 @@ def run(arguments: argparse.Namespace) -> int:
             bar.update(done - bar.n)
 
         decoded = decode_raw(
-            arguments.recording, DetectorOptions(detector=name), workers=arguments.workers,
+            arguments.recording, DetectorOptions(detector=name),
+            air=AirOptions(arguments.temperature, arguments.humidity), workers=arguments.workers,
             progress=show,
         )  # fmt: skip
-    recording = corrected(arguments, decoded.recording)
-    write_recording(output, recording)
-    start, end = recording.interval
-    ranges = recording.ranges
-    print(
-        f"{output}: {end - start:.1f} s, {len(recording.inertial)} boards, "
-        f"{0 if ranges is None else len(ranges.distance)} distances of {decoded.slots} slots, "
-        f"detector {name}"
+    decoded = replace(decoded, recording=corrected(arguments, decoded.recording))
+    write_recording(output, decoded.recording)
+    print(f"{output}: {_heading(decoded)}, detector {name}")
+    for line in _lines(decoded):
+        print(f"  {line}")
+    return exit_code(decoded.recording)
+
+
+def _heading(decoded: Decoded) -> str:
+    recording = decoded.recording
+    (start, end), ranges = recording.interval, recording.ranges
+    assert ranges is not None  # of a raw recording there are always some, if empty
+    return (
+        f"{end - start:.1f} s, {len(recording.inertial)} boards, {len(ranges.distance)} distances "
+        f"of {decoded.slots} slots, {int((ranges.confidence > 0.5).sum())} with confidence above "
+        "0.5"
     )
+
+
+def _lines(decoded: Decoded) -> Iterator[str]:
+    """What each board sent, and what is missing."""
     for board, found in decoded.boards.items():
-        print(
-            f"  {board}: {found.frames} frames, {found.lost} lost, {found.corrected_bits} bits "
+        yield (
+            f"{board}: {found.frames} frames, {found.lost} lost, {found.corrected_bits} bits "
             f"corrected, {found.overloaded} overloaded, {found.saturated} saturated"
         )
-    return exit_code(recording)
+    for gap in decoded.gaps:
+        yield f"{gap.wire}: no samples from {gap.start:.3f} s to {gap.end:.3f} s"
+    if decoded.missing_pulses:
+        yield f"{decoded.missing_pulses} pulses are not named between those that are"

@@ -10,22 +10,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jax import device_put
 
-from mocap_jax.decoding.inertial import BoardSummary, inertial_stream
+from mocap_jax.decoding.air import AirOptions, speed_at
+from mocap_jax.decoding.inertial import BoardSummary, inertial_stream, with_round_off
 from mocap_jax.decoding.pulses import Pulses
+from mocap_jax.decoding.reach import longest_distances
 from mocap_jax.errors import InputError
 from mocap_jax.io import protobuf_messages as pb
 from mocap_jax.io.raw_file import RawReader
 from mocap_jax.io.topics import ACOUSTIC
-from mocap_jax.recording import (
-    DriverBox,
-    NoiseFigures,
-    RangeStream,
-    Recording,
-    SensorSpec,
-    calibrated,
-)
+from mocap_jax.recording import DriverBox, RangeStream, Recording, SensorSpec, calibrated
 from mocap_jax.signals.telemetry.converter import ConverterScales
-from mocap_jax.signals.ultrasonic.air import speed_of_sound
 from mocap_jax.signals.ultrasonic.arrivals import ArrivalDetector, DetectorOptions
 from mocap_jax.signals.ultrasonic.bands import SAMPLE_RATE_HZ
 from mocap_jax.signals.ultrasonic.burst import Transducer
@@ -34,6 +28,17 @@ from mocap_jax.signals.wire import BLOCK_SAMPLES, WireDecoder
 
 _NOMINAL_SPEED = 343.0
 """For what is only roughly needed: where a slot ends."""
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Samples that are not there."""
+
+    wire: str
+    start: float
+    """[s]"""
+    end: float
+    """[s]"""
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,10 @@ class Decoded:
     """Pulses heard, of all pairs."""
     slots: int
     """Pulses times microphones."""
+    gaps: tuple[Gap, ...]
+    """Breaks in the wires' samples."""
+    missing_pulses: int
+    """Emissions that the recording should name between those it names."""
 
 
 @dataclass
@@ -53,12 +62,32 @@ class _Wire:
     """The unbroken stretches of a wire."""
 
     stretches: list[WireDecoder] = field(default_factory=list)
+    breaks: list[tuple[float, float]] = field(default_factory=list)
+    """Between them [s]."""
+
+    def at(self, start: float, detector: ArrivalDetector, emissions: np.ndarray) -> WireDecoder:
+        """The stretch that samples from a time on belong to.
+
+        Raises:
+            InputError: there are samples of that time already.
+        """
+        last = self.stretches[-1] if self.stretches else None
+        if last is not None and abs(last.end - start) <= 0.5 / SAMPLE_RATE_HZ:
+            return last
+        if last is not None:
+            if start < last.end:
+                raise InputError(f"samples of {start:.6f} s come behind those of {last.end:.6f} s")
+            self.breaks.append((last.end, start))
+            last.finish(emissions[emissions < last.end])
+        self.stretches.append(WireDecoder(detector, start))
+        return self.stretches[-1]
 
 
 def decode_raw(
     path: str | os.PathLike[str],
     options: DetectorOptions | None = None,
     *,
+    air: AirOptions | None = None,
     workers: int = 2,
     progress: Callable[[int, int], None] | None = None,
 ) -> Decoded:
@@ -71,11 +100,12 @@ def decode_raw(
     Args:
         path: raw MCAP file.
         options: of the detector.
+        air: its temperature and humidity, where the recording does not tell them.
         workers: threads that decode wires side by side.
         progress: called with bytes read and bytes in all.
 
     Raises:
-        InputError: not a raw recording, or sampled at another rate.
+        InputError: not a raw recording, sampled at another rate, or not in the order of time.
     """
     reader = RawReader(path)
     pulses, wires = Pulses(), dict[str, _Wire]()
@@ -83,7 +113,7 @@ def decode_raw(
     with ThreadPoolExecutor(max(1, workers)) as pool:
         batch: dict[str, tuple[float, np.ndarray]] = {}
         for topic, payload in reader.messages():
-            decoder = decoder or _Decoder(reader.driver_box(), options)
+            decoder = decoder or _Decoder(path, reader.driver_box(), options)
             name = topic[len(ACOUSTIC) :]
             if not topic.startswith(ACOUSTIC):
                 stamp, source = pb.decode_pulse(payload)
@@ -106,14 +136,16 @@ def decode_raw(
             )
         _feed(pool, decoder, wires, batch, pulses)
         list(pool.map(lambda w: w.stretches[-1].finish(pulses.time), wires.values()))
-    return _assembled(reader, decoder, wires, pulses)
+    return _assembled(reader, decoder, wires, pulses, air or AirOptions())
 
 
 class _Decoder:
     """The detector that all wires share."""
 
-    def __init__(self, box: DriverBox, options: DetectorOptions | None) -> None:
-        self.box = box
+    def __init__(
+        self, path: str | os.PathLike[str], box: DriverBox, options: DetectorOptions | None
+    ) -> None:
+        self.path, self.box = path, box
         self.options = options or DetectorOptions()
         self.options = replace(self.options, transducer=Transducer(box.resonance_hz, box.quality))
         self.detector = ArrivalDetector(
@@ -133,13 +165,11 @@ def _feed(
 
     def one(name: str) -> None:
         start, samples = batch[name]
-        wire = wires[name]
-        if wire.stretches and abs(wire.stretches[-1].end - start) > 0.5 / SAMPLE_RATE_HZ:
-            wire.stretches[-1].finish(emissions[emissions < wire.stretches[-1].end])
-            wire.stretches.append(WireDecoder(decoder.detector, start))
-        if not wire.stretches:
-            wire.stretches.append(WireDecoder(decoder.detector, start))
-        wire.stretches[-1].feed(samples, emissions)
+        try:
+            stretch = wires[name].at(start, decoder.detector, emissions)
+        except InputError as error:
+            raise InputError(f"{decoder.path}: {ACOUSTIC}{name}: {error}") from error
+        stretch.feed(samples, emissions)
 
     for name in batch:
         wires.setdefault(name, _Wire())
@@ -148,51 +178,63 @@ def _feed(
 
 
 def _assembled(
-    reader: RawReader, decoder: _Decoder, wires: dict[str, _Wire], pulses: Pulses
+    reader: RawReader,
+    decoder: _Decoder,
+    wires: dict[str, _Wire],
+    pulses: Pulses,
+    air: AirOptions,
 ) -> Decoded:
     rest, box = reader.recording(), decoder.box
     scales = ConverterScales(box.accelerometer_full_scale, box.gyroscope_full_scale)
     streams, boards = {}, {}
     for name, wire in wires.items():
         streams[name], boards[name] = inertial_stream([w.frames() for w in wire.stretches], scales)
-    ranges, heard = _ranges(rest, decoder, wires, pulses)
+    speed = speed_at(rest, pulses.time, air)
+    ranges, heard = _ranges(rest, decoder, wires, pulses, speed)
     facts = rest.setup.provenance | {"detector": decoder.options.detector, "decoded": True}
+    given = {"air_celsius": air.celsius, "air_humidity": air.humidity}
+    facts |= {name: value for name, value in given.items() if value is not None}
     sensors = rest.setup.sensors or tuple(SensorSpec(name, name, 140.0) for name in wires)
     setup = replace(
-        rest.setup, provenance=facts, sensors=sensors, noise=_coarser(rest.setup.noise, scales)
+        rest.setup,
+        provenance=facts,
+        sensors=sensors,
+        noise=with_round_off(rest.setup.noise, scales),
     )
+    if speed.size:
+        setup = replace(setup, speed_of_sound=float(speed.mean()))
     recording = calibrated(replace(rest, inertial=streams, ranges=ranges, setup=setup))
     slots = len(pulses.time) * len(wires)
-    return Decoded(recording, boards, heard, slots)
-
-
-def _coarser(noise: NoiseFigures, scales: ConverterScales) -> NoiseFigures:
-    """Noise figures with the round-off of levels, which the carried part makes twice as large."""
-    gyroscope, accelerometer = scales.per_level[[0, 3]]
-    return replace(
-        noise,
-        gyroscope=float(np.hypot(noise.gyroscope, gyroscope / np.sqrt(6.0))),
-        accelerometer=float(np.hypot(noise.accelerometer, accelerometer / np.sqrt(6.0))),
-    )
+    gaps = tuple(Gap(name, *ends) for name, wire in wires.items() for ends in wire.breaks)
+    missing = pulses.missing(rest.setup.pulse_interval)
+    return Decoded(recording, boards, heard, slots, gaps, missing)
 
 
 def _ranges(
-    rest: Recording, decoder: _Decoder, wires: dict[str, _Wire], pulses: Pulses
+    rest: Recording,
+    decoder: _Decoder,
+    wires: dict[str, _Wire],
+    pulses: Pulses,
+    speed: np.ndarray,
 ) -> tuple[RangeStream, int]:
     """Distances of all pairs, in order of emission."""
     time, names = pulses.time, tuple(wires)
     source, source_names = pulses.sources(rest.setup.sources)
     delay = np.full((len(time), len(names)), np.nan)
-    amplitude = np.full_like(delay, np.nan)
+    amplitude, deviation = np.full_like(delay, np.nan), np.full_like(delay, np.nan)
     for r, wire in enumerate(wires.values()):
         for stretch in wire.stretches:
             found = stretch.arrivals()
             delay[found.pulse, r] = found.delay
             amplitude[found.pulse, r] = found.amplitude / decoder.box.reference
+            deviation[found.pulse, r] = found.deviation
     known = decoder.box.source_offset_m
     offset = np.array([known.get(name, 0.0) for name in source_names])
-    out = measure(time, source, delay, amplitude, _speed(rest, time), offset,
-                  farthest=decoder.options.farthest_m)  # fmt: skip
+    farthest = np.minimum(decoder.options.farthest_m, longest_distances(rest, source_names, names))
+    out = measure(
+        time, source, delay, amplitude, speed, offset,
+        farthest=farthest, deviation=deviation, nominal=rest.setup.noise.range,
+    )  # fmt: skip
     pulse, receiver = np.nonzero(out.confidence > 0)
     ranges = RangeStream(
         time=device_put(time[pulse]),
@@ -204,11 +246,3 @@ def _ranges(
         receiver_names=names,
     )
     return ranges, int(np.isfinite(delay).sum())
-
-
-def _speed(rest: Recording, time: np.ndarray) -> np.ndarray:
-    """Speed of sound at the given times [m/s]: by temperature where it was measured."""
-    air = rest.temperature
-    if air is None or not len(air.time):
-        return np.full(len(time), rest.setup.speed_of_sound)
-    return speed_of_sound(np.interp(time, np.asarray(air.time), np.asarray(air.celsius)))

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jax import device_put
 
-from mocap_jax.recording import InertialStream
+from mocap_jax.recording import InertialStream, NoiseFigures
 from mocap_jax.signals.telemetry.converter import ConverterScales, physical
 from mocap_jax.signals.telemetry.levels import restore
 from mocap_jax.signals.telemetry.receive import TimedFrames
@@ -61,3 +61,16 @@ def inertial_stream(
         device_put(np.full((int(kept.sum()), 4), np.nan)),
     )  # fmt: skip
     return stream, BoardSummary(*(int(c) for c in counts))
+
+
+def with_round_off(noise: NoiseFigures, scales: ConverterScales) -> NoiseFigures:
+    """Noise figures of what comes out of the telemetry, given those of the sensors.
+
+    Readings are rounded to 10 bits and their sums to 12: twice a level's variance of round-off.
+    """
+    gyroscope, accelerometer = scales.per_level[[0, 3]] / np.sqrt(6.0)
+    return replace(
+        noise,
+        gyroscope=float(np.hypot(noise.gyroscope, gyroscope)),
+        accelerometer=float(np.hypot(noise.accelerometer, accelerometer)),
+    )

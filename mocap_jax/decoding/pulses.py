@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from array import array
-
 import numpy as np
 from jaxtyping import Float
 
@@ -14,7 +12,8 @@ class Pulses:
     """Times and sources of emissions."""
 
     def __init__(self) -> None:
-        self._time, self._source = array("d"), array("q")
+        self._time, self._source = np.zeros(1024), np.zeros(1024, np.int64)
+        self._count = 0
         self.names: list[str] = []
 
     def add(self, time: float, source: str) -> None:
@@ -23,21 +22,33 @@ class Pulses:
         Raises:
             InputError: it is earlier than the one before.
         """
-        if self._time and time <= self._time[-1]:
-            raise InputError(f"/pulse: {time:.6f} s comes behind {self._time[-1]:.6f} s")
+        n = self._count
+        if n and time <= self._time[n - 1]:
+            raise InputError(f"/pulse: {time:.6f} s comes behind {self._time[n - 1]:.6f} s")
         if source not in self.names:
             self.names.append(source)
-        self._time.append(time)
-        self._source.append(self.names.index(source))
+        if n == len(self._time):  # Views that were handed out stay what they are.
+            self._time = np.concatenate([self._time, np.zeros(n)])
+            self._source = np.concatenate([self._source, np.zeros(n, np.int64)])
+        self._time[n], self._source[n] = time, self.names.index(source)
+        self._count = n + 1
 
     @property
     def time(self) -> Float[np.ndarray, "n"]:
         """[s]"""
-        return np.array(self._time, np.float64)
+        return self._time[: self._count]
+
+    def missing(self, interval: float) -> int:
+        """How many pulses are not there although the pulses before and behind are.
+
+        Args:
+            interval: between pulses [s].
+        """
+        return int(np.maximum(np.rint(np.diff(self.time) / interval) - 1, 0).sum())
 
     def sources(self, order: tuple[str, ...]) -> tuple[np.ndarray, tuple[str, ...]]:
         """Index of each pulse's source, and the names: those declared first."""
         names = tuple(dict.fromkeys([*order, *self.names]))
         place = np.array([names.index(n) for n in self.names], np.int64)
-        own = np.array(self._source, np.int64)
+        own = self._source[: self._count]
         return (place[own] if own.size else own), names

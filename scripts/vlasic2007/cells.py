@@ -16,6 +16,9 @@ METHODS = {
 }
 """Methods and how the tables call them."""
 
+CHAINS = {"direct": "", "wired": ", wired", "raw": ", from waveforms"}
+"""How measurements come about, see `chain`, and what the tables add to the profile's name."""
+
 _PACKAGE = Path(__file__).resolve().parents[2] / "mocap_jax"
 # Rooms and files that no figure depends on; and those that only the optimiser's depend on.
 _WITHOUT_EFFECT = ("cli", "report", "io", "data")
@@ -40,6 +43,8 @@ class Cell:
     method: str
     cut: float | None
     """Only the first seconds of the motion were used; None for all."""
+    chain: str = "direct"
+    """One of `CHAINS`."""
 
     @property
     def kinds(self) -> str:
@@ -52,11 +57,17 @@ class Cell:
         return Path(self.motion).stem
 
     @property
+    def condition(self) -> str:
+        """Profile and chain as tables call them."""
+        return self.profile + CHAINS[self.chain]
+
+    @property
     def file(self) -> str:
         """Where a cell made by the present code is kept, see `Store`."""
         length = "whole" if self.cut is None else f"{self.cut:g}s"
         name = f"{self.combination}-{self.method}-{self.seed}-{code_version(self.method)}.json"
-        return f"{self.label}-{length}/{self.profile}/{name}"
+        folder = self.profile if self.chain == "direct" else f"{self.profile}-{self.chain}"
+        return f"{self.label}-{length}/{folder}/{name}"
 
 
 @cache

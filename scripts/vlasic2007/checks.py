@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from vlasic2007.cells import CHAINS, METHODS
 from vlasic2007.paper import ALL, COMBINATIONS, ODD
 from vlasic2007.results import Results
 
@@ -30,6 +31,8 @@ def _of_section(results: Results, section: Section) -> Iterator[str]:
     yield from _never_worse(results, section)
     if section[1] == "paper":
         yield from _consistency(results, section)
+    if section[1].endswith(CHAINS["raw"]):
+        yield from _from_waveforms(results, section)
 
 
 def _without_gyroscopes(results: Results, section: Section) -> Iterator[str]:
@@ -61,6 +64,24 @@ def _gain(results: Results, section: Section) -> Iterator[str]:
     row = results.row(section, ALL, "optimise")
     if row is not None:
         yield _line(f"observed joints, {ALL}, optimiser [deg]", row.observed, "<= 4")
+
+
+def _from_waveforms(results: Results, section: Section) -> Iterator[str]:
+    """What the way over the wires costs, on the seeds of which both are there."""
+    other = (section[0], section[1].removesuffix(CHAINS["raw"]) + CHAINS["wired"])
+    for combination in COMBINATIONS:
+        for method in METHODS:
+            seeds = frozenset(results.scores(section, combination, method)) & frozenset(
+                results.scores(other, combination, method)
+            )
+            one, two = (results.row(s, combination, method, seeds) for s in (section, other))
+            if one is None or two is None or not (one.folded and two.folded):
+                continue
+            what = f"{combination}, {METHODS[method]}, from waveforms / direct"
+            yield _line(f"three joints, {what}", one.mean / two.mean, "<= 1.1",
+                        f"({one.mean:.3g} / {two.mean:.3g} deg)")  # fmt: skip
+            yield _line(f"observed joints, {what}", one.observed / two.observed, "<= 1.1",
+                        f"({one.observed:.3g} / {two.observed:.3g} deg)")  # fmt: skip
 
 
 def _never_worse(results: Results, section: Section) -> Iterator[str]:

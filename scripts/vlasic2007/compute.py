@@ -21,7 +21,8 @@ def groups(cells: list[Cell]) -> list[Group]:
     """Cells by recording; within one, by sensors: an optimiser starts from its smoothed filter."""
     found: dict[tuple, Group] = {}
     for cell in cells:
-        found.setdefault((cell.motion, cell.profile, cell.seed), []).append(cell)
+        key = (cell.motion, cell.profile, cell.chain, cell.seed)
+        found.setdefault(key, []).append(cell)
     return list(found.values())
 
 
@@ -30,12 +31,13 @@ def run_group(group: Group, store: Store, report: Report) -> None:
     from clips import load_clip
 
     import mocap_jax as mj
+    from vlasic2007.chain import recorded
     from vlasic2007.scores import scores_of
 
     first = group[0]
     try:
         motion = load_clip(first.motion, first.cut)
-        recording = mj.simulate(motion, profile=first.profile, seed=first.seed)
+        recording = recorded(motion, first)
     except mj.MocapError as error:
         for cell in group:
             report(cell, str(error))

@@ -43,13 +43,13 @@ class Results:
         self.wanted = wanted
         self._by: dict[tuple, dict[int, dict]] = {}
         for cell, scores in cells:
-            key = (cell.label, cell.profile, cell.combination, cell.method)
+            key = (cell.label, cell.condition, cell.combination, cell.method)
             self._by.setdefault(key, {})[cell.seed] = scores
 
     @property
     def sections(self) -> list[tuple[str, str]]:
-        """Pairs of motion and profile of which something is there."""
-        return list(dict.fromkeys((cell.label, cell.profile) for cell, _ in self.cells))
+        """Pairs of motion and condition of which something is there."""
+        return list(dict.fromkeys((cell.label, cell.condition) for cell, _ in self.cells))
 
     def scores(self, section: tuple[str, str], combination: str, method: str) -> dict[int, dict]:
         """Scores by seed."""

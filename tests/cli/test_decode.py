@@ -59,6 +59,17 @@ def test_simulated_wires_are_decoded(run, motion, tmp_path):
     assert len(recording.ranges.time) > 20
 
 
+def test_decode_takes_the_air_and_names_gaps(run, motion, tmp_path):
+    raw, out = tmp_path / "nod.raw.mcap", tmp_path / "nod.mcap"
+    assert run("simulate", motion, "--raw", "-o", raw).code == 0
+    outcome = run("decode", raw, "-o", out, "--temperature", "30", "--humidity", "60")
+    assert outcome.code == 0 and "no samples" not in outcome.out
+    assert 350 < read_recording(out).setup.speed_of_sound < 352
+    for option, value in (("--humidity", "101"), ("--temperature", "300")):
+        outcome = run("decode", raw, "-o", out, option, value)
+        assert outcome.code == 2 and option in outcome.err and "from" in outcome.err
+
+
 def test_wrong_detector_and_wrong_file_say_what_is_valid(run, recording_file, tmp_path):
     out = tmp_path / "out.mcap"
     outcome = run("decode", recording_file, "-o", out, "--detector", "peak")

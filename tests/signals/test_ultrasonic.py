@@ -12,6 +12,7 @@ from mocap_jax.signals.ultrasonic.arrivals import ArrivalDetector, DetectorOptio
 from mocap_jax.signals.ultrasonic.bands import BandSplitter
 from mocap_jax.signals.ultrasonic.burst import envelope
 from mocap_jax.signals.ultrasonic.calibration import calibrate_offsets
+from mocap_jax.signals.ultrasonic.distances import measure
 from mocap_jax.signals.wire import BLOCK_SAMPLES
 from mocap_jax.simulation.raw.transducer import PHASES, pulse_table
 
@@ -104,6 +105,20 @@ def test_the_telemetry_of_the_wire_does_not_disturb_the_sound():
 
 
 @pytest.mark.parametrize("name", ["matched", "inflection"])
+@pytest.mark.parametrize("noise", [20.0, 100.0])
+def test_deviation_of_arrivals_is_foretold(name: str, noise: float):
+    """It may be some 20 % too large, since the noise is taken from between and under the pulses."""
+    rng, errors, foretold = np.random.default_rng(7), [], []
+    for _ in range(3):
+        samples, delays = noisy_block(noise, rng)
+        found = detect(name, samples)
+        errors.append(found.delay - delays)
+        foretold.append(found.deviation)
+    rmse = np.sqrt(np.mean(np.square(errors)))
+    assert 0.9 * rmse < np.sqrt(np.mean(np.square(foretold))) < 1.4 * rmse
+
+
+@pytest.mark.parametrize("name", ["matched", "inflection"])
 def test_first_arrival_is_taken_although_an_echo_is_louder(name: str):
     samples, delays = noisy_block(5.0, np.random.default_rng(3), echoes=((0.0012, 1.6),))
     found = detect(name, samples)
@@ -168,9 +183,39 @@ def test_absorption_matches_the_table_of_iso_9613():
     assert 1.0 < absorption(CARRIER, 20.0, 50.0) < 1.6
 
 
+def test_speed_of_sound_in_humid_air():
+    # National Physical Laboratory's calculator (Cramer 1993), 20 degrees Celsius, 101.325 kPa.
+    for humidity, faster in ((0.0, 0.0), (50.0, 0.63), (100.0, 1.27)):
+        assert speed_of_sound(20.0, humidity) - speed_of_sound(20.0) == pytest.approx(
+            faster, abs=0.08
+        )
+
+
 def test_speed_of_sound_and_temperature_are_inverse():
     assert speed_of_sound(20.0) == pytest.approx(343.29, abs=0.01)
     np.testing.assert_allclose(temperature(speed_of_sound([0.0, 25.0])), [0.0, 25.0], atol=1e-9)
+
+
+def one_pulse(delay: float, **options):
+    """Measure two receivers, one of which has a poor signal."""
+    both = np.full((1, 2), delay)
+    return measure(
+        np.zeros(1), np.zeros(1, int), both, np.ones((1, 2)), np.full(1, SPEED), np.zeros(1),
+        **options,
+    )  # fmt: skip
+
+
+def test_confidence_is_nominal_over_expected_deviation():
+    noise = np.array([[0.0, 0.0025 / SPEED * np.sqrt(3.0)]])
+    found = one_pulse(1.0 / SPEED, deviation=noise, nominal=0.0025)
+    np.testing.assert_allclose(found.confidence, [[1.0, 0.5]])
+    np.testing.assert_array_equal(one_pulse(1.0 / SPEED).confidence, [[1.0, 1.0]])
+
+
+def test_distances_beyond_a_pairs_reach_are_not_believed():
+    found = one_pulse(1.0 / SPEED, farthest=np.array([[1.1, 0.9]]))
+    np.testing.assert_array_equal(found.confidence, [[1.0, 0.0]])
+    assert np.isnan(found.distance[0, 1])
 
 
 def test_offsets_and_left_out_errors():

@@ -11,13 +11,34 @@ _REFERENCE_KELVIN, _TRIPLE_KELVIN = 293.15, 273.16
 _REFERENCE_KILOPASCAL = 101.325
 
 
-def speed_of_sound(celsius: ArrayLike) -> np.ndarray:
-    """Speed of sound [m/s] in air of a temperature [degrees Celsius]: 20.05 sqrt(T in kelvin)."""
-    return _SPEED * np.sqrt(np.asarray(celsius, np.float64) + _KELVIN)
+def speed_of_sound(
+    celsius: ArrayLike, humidity: float = 0.0, kilopascal: float = 101.325
+) -> np.ndarray:
+    """Speed of sound [m/s] in air: 20.05 sqrt(T in kelvin) where it is dry.
+
+    An ideal gas has c^2 = gamma R T / M. A share x of water vapour has M smaller by 0.378 x of
+    dry air's and gamma = (7 + x) / (5 + x).
+
+    Args:
+        celsius: temperature.
+        humidity: relative [%].
+        kilopascal: pressure.
+    """
+    kelvin = np.asarray(celsius, np.float64) + _KELVIN
+    x = vapour_share(celsius, humidity, kilopascal)
+    moist = (7.0 + x) / (5.0 + x) * (5.0 / 7.0) / (1.0 - 0.378 * x)
+    return _SPEED * np.sqrt(kelvin * moist)
+
+
+def vapour_share(celsius: ArrayLike, humidity: float, kilopascal: float = 101.325) -> np.ndarray:
+    """Molar share of water vapour, ISO 9613-1:1993, equations B.1 to B.3; arguments as above."""
+    kelvin = np.asarray(celsius, np.float64) + _KELVIN
+    saturation = 10.0 ** (4.6151 - 6.8346 * (_TRIPLE_KELVIN / kelvin) ** 1.261)
+    return 1e-2 * humidity * saturation * _REFERENCE_KILOPASCAL / kilopascal
 
 
 def temperature(speed: ArrayLike) -> np.ndarray:
-    """Temperature [degrees Celsius] at which sound has a speed [m/s]."""
+    """Temperature [degrees Celsius] of dry air in which sound has a speed [m/s]."""
     return (np.asarray(speed, np.float64) / _SPEED) ** 2 - _KELVIN
 
 
@@ -38,8 +59,7 @@ def absorption(
     f = np.asarray(frequency_hz, np.float64)
     kelvin = celsius + _KELVIN
     warmth, pressure = kelvin / _REFERENCE_KELVIN, kilopascal / _REFERENCE_KILOPASCAL
-    saturation = 10.0 ** (4.6151 - 6.8346 * (_TRIPLE_KELVIN / kelvin) ** 1.261)
-    h = humidity * saturation / pressure
+    h = 100.0 * float(vapour_share(celsius, humidity, kilopascal))
     oxygen = pressure * (24.0 + 4.04e4 * h * (0.02 + h) / (0.391 + h))
     nitrogen = (
         pressure * warmth**-0.5 * (9.0 + 280.0 * h * np.exp(-4.170 * (warmth ** (-1 / 3) - 1)))

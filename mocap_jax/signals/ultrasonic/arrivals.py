@@ -15,6 +15,7 @@ from jaxtyping import Complex, Float
 
 from mocap_jax.errors import unknown_name
 from mocap_jax.signals.ultrasonic.bands import MARGIN, SOUND_RATE_HZ, SOUND_STEP, BandSplitter
+from mocap_jax.signals.ultrasonic.blur import blur
 from mocap_jax.signals.ultrasonic.burst import CARRIER_HZ, Transducer, envelope
 
 DETECTORS = ("matched", "inflection")
@@ -62,6 +63,8 @@ class Arrivals:
     """Of the steady tone that the burst would become, in the wire's units."""
     noise: float
     """Amplitude of noise on the same scale (parameter of its Rayleigh distribution)."""
+    deviation: Float[np.ndarray, "n"]
+    """Of the delays, from that noise alone [s]."""
 
 
 class ArrivalDetector:
@@ -79,16 +82,16 @@ class ArrivalDetector:
     ) -> None:
         self.splitter = BandSplitter(length, options.transducer)
         self._options, self._speed, self._reference = options, speed, reference
-        self._offset, self._gain = 0.0, 1.0
-        self._offset, self._gain = self._calibrated()
+        self._offset, self._gain, self._blur = 0.0, 1.0, 0.0
+        self._offset, self._gain, self._blur = self._calibrated()
 
     @property
     def offset(self) -> float:
         """Time from the beginning of a nominal burst to what the detector marks [s]."""
         return self._offset
 
-    def _calibrated(self) -> tuple[float, float]:
-        """Mark and gain of a burst of unit amplitude, by detecting one without noise."""
+    def _calibrated(self) -> tuple[float, float, float]:
+        """Mark, gain and blur of a burst of unit amplitude, by detecting one without noise."""
         time = (np.arange(_SEEN_SAMPLES) - _SEEN_SAMPLES // 2) / (8 * SOUND_RATE_HZ)
         wave = envelope(time, self._options.transducer) * np.exp(2j * np.pi * CARRIER_HZ * time)
         bands = BandSplitter(_SEEN_SAMPLES, self._options.transducer).split(wave.real * 1e3)
@@ -96,7 +99,17 @@ class ArrivalDetector:
         at = np.array([_SEEN_SAMPLES / 16])
         peak = int(np.argmax(np.abs(sound)))
         mark, amplitude = self._mark(sound, np.array([peak]))
-        return float((mark - at)[0] / SOUND_RATE_HZ), float(amplitude[0]) / 1e3
+        blurred = self._blurred(sound / amplitude[0], mark[0])
+        return float((mark - at)[0] / SOUND_RATE_HZ), float(amplitude[0]) / 1e3, blurred
+
+    def _blurred(self, sound: np.ndarray, mark: float) -> float:
+        """See `blur`, of a burst of unit amplitude."""
+        first = int(mark) - 4
+        fine = _between(sound, np.array([first]), 9)[0]
+        matched = self._options.detector == "matched"
+        offset, power = self.splitter.noise_power(matched=matched)
+        step = 1.0 / (SOUND_RATE_HZ * _STEPS)
+        return blur(fine, step, (mark - first) * _STEPS, offset, power, 1 if matched else 2)
 
     def _heard(self, narrow: np.ndarray, matched: np.ndarray) -> np.ndarray:
         return matched if self._options.detector == "matched" else narrow
@@ -123,7 +136,8 @@ class ArrivalDetector:
         delay = mark / SOUND_RATE_HZ - self._offset - emission
         lost = ~found
         delay[lost], amplitude[lost] = np.nan, np.nan
-        return Arrivals(delay, amplitude / self._gain, noise / self._gain)
+        deviation = self._blur * noise / amplitude
+        return Arrivals(delay, amplitude / self._gain, noise / self._gain, deviation)
 
     def _first(
         self, sound: np.ndarray, start: Float[np.ndarray, "n"], noise: float

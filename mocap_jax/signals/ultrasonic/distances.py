@@ -50,9 +50,14 @@ def measure(
     offset: Float[np.ndarray, "s"],
     figures: DetectionFigures | None = None,
     *,
-    farthest: float = 2.75,
+    farthest: float | Float[np.ndarray, "s r"] = 2.75,
+    deviation: Float[np.ndarray, "n r"] | None = None,
+    nominal: float = 0.0025,
 ) -> Distances:
     """Distances and their confidences w_s w_t.
+
+    A detected sound that is too faint in the noise for the nominal deviation of a distance lowers
+    w_s as estimators understand it: they divide the nominal deviation by the confidence.
 
     Args:
         time: of emission [s].
@@ -62,11 +67,14 @@ def measure(
         speed: of sound, at each pulse [m/s].
         offset: calibrated excess of each source's distances [m].
         figures: thresholds.
-        farthest: longer distances are not believed [m].
+        farthest: longer distances are not believed [m]; of all pairs or of each.
+        deviation: of the times of flight, from noise alone [s]; None takes them for exact.
+        nominal: deviation of a distance with confidence 1 [m].
     """
     figures = DetectionFigures() if figures is None else figures
     distance = speed[:, None] * delay - offset[source][:, None]
-    distance[~((distance > 0) & (distance <= farthest))] = np.nan
+    longest = farthest if np.isscalar(farthest) else np.asarray(farthest)[source]
+    distance[~((distance > 0) & (distance <= longest))] = np.nan
     heard = np.isfinite(distance)
     # What air absorbs is made up for, so that far sources are not taken for hidden ones.
     loss = float(absorption(CARRIER_HZ, float(temperature(speed.mean())))) if speed.size else 0.0
@@ -74,4 +82,7 @@ def measure(
     level = np.where(heard, amplitude, 0.0)
     strength = signal_confidence(level * 10.0 ** (loss * (way - 1.0) / 20.0), way, figures)
     continuity = continuity_confidence(time, source, way, strength, figures)
+    if deviation is not None:
+        excess = np.where(heard, speed[:, None] * deviation / nominal, 0.0)
+        strength = strength / np.sqrt(1.0 + excess**2)
     return Distances(distance, np.where(heard, strength * continuity, 0.0))

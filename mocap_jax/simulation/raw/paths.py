@@ -19,7 +19,7 @@ from mocap_jax.simulation.spline import PoseSpline
 _CARRIER_HZ = 40_000.0
 _NEAREST = 0.05
 _FLOOR_CLEARANCE = 0.07
-"""Of the lowest board over the floor: on a foot [m]."""
+"""Of the lowest device over the floor: on a foot [m]."""
 _OFF_FLOOR = 0.01
 """Rays start and end this far from the floor and from devices [m]."""
 
@@ -107,7 +107,8 @@ def _reflections(
 ) -> list[_Way]:
     """Image sources behind floor, ceiling and four walls; the body hides the floor's only."""
     place(rig, spline.pose(np.array([spline.start]))[0])
-    floor = float(rig.data.site_xpos[rig.board_sites][:, 2].min()) - _FLOOR_CLEARANCE
+    lowest = min(rig.data.site_xpos[rig.board_sites][:, 2].min(), emissions.origin[:, 2].min())
+    floor = float(lowest) - _FLOOR_CLEARANCE
     low = emissions.origin.min(axis=0) - options.wall_distance_m
     high = emissions.origin.max(axis=0) + options.wall_distance_m
     planes = [(2, floor + options.ceiling_m)]
