@@ -77,6 +77,7 @@ if TYPE_CHECKING:
     from mocap_jax.motion import human as human
     from mocap_jax.motion import human_like as human_like
     from mocap_jax.motion import load_motion as load_motion
+    from mocap_jax.motion import load_skeleton as load_skeleton
     from mocap_jax.motion import retarget as retarget
     from mocap_jax.motion import retarget_errors as retarget_errors
     from mocap_jax.motion import segment_lengths as segment_lengths
@@ -125,7 +126,8 @@ _HOME = {
     "metrics": ("chi_square_band", "coverage", "evaluate", "joint_consistency", "nees", "nis"),
     "motion": (
         "BUILTIN_MOTIONS", "Motion", "ball_jointed", "builtin_motion", "cut_motion", "human",
-        "human_like", "load_motion", "retarget", "retarget_errors", "segment_lengths",
+        "human_like", "load_motion", "load_skeleton", "retarget", "retarget_errors",
+        "segment_lengths",
         "with_segment_lengths",
     ),
     "placement": ("PlacementOptions", "PlacementStudy", "place"),
