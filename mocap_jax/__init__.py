@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from mocap_jax.initialise import calibrate_to_pose as calibrate_to_pose
     from mocap_jax.initialise import check_readings as check_readings
     from mocap_jax.initialise import check_sensors as check_sensors
+    from mocap_jax.initialise import wear as wear
     from mocap_jax.initialise import with_orientations as with_orientations
     from mocap_jax.io import export_motion as export_motion
     from mocap_jax.io import read_recording as read_recording
@@ -118,7 +119,7 @@ _HOME = {
     ),
     "initialise": (
         "Heading", "SensorCheck", "calibrate_to_pose", "check_readings", "check_sensors",
-        "with_orientations",
+        "wear", "with_orientations",
     ),
     "io": (
         "export_motion", "read_recording", "read_solution", "write_recording", "write_solution",

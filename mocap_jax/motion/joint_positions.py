@@ -123,7 +123,9 @@ def _parent(table: JointTable, joints: list[str], k: int) -> int:
         return joints.index(text)
     if text.isdigit() and int(text) < len(joints):
         return int(text)
-    raise InputError(f"{table.path}: parent of '{joints[k]}': {unknown_name('joint', text, joints)}")
+    raise InputError(
+        f"{table.path}: parent of '{joints[k]}': {unknown_name('joint', text, joints)}"
+    )
 
 
 def _check_tree(table: JointTable, joints: list[str], parents: list[int]) -> None:

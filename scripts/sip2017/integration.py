@@ -80,9 +80,7 @@ def _site(body: mj.Body, q: np.ndarray, name: str) -> Float[np.ndarray, "t 3"]:
     return map_frames(_positions, (body,), q)[:, body.site_index(name)]
 
 
-def draw_paths(
-    time: np.ndarray, paths: dict[str, np.ndarray], title: str, file: Path
-) -> Path:
+def draw_paths(time: np.ndarray, paths: dict[str, np.ndarray], title: str, file: Path) -> Path:
     """Sideways and upward coordinates over time."""
     figure, axes = plt.subplots(2, 1, figsize=(9, 5), sharex=True, layout="constrained")
     for ax, axis, label in zip(axes, (1, 2), ("y (sideways) [m]", "z (up) [m]"), strict=True):

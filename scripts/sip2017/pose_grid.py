@@ -89,7 +89,9 @@ def _facing(solution: mj.Solution, recording: mj.Recording) -> float:
 
 
 def _drawn(rows: list[Row], words: Sequence[str], view: View, file: Path) -> Path:
-    extents = [_extent(s, r, view) for row in rows for s, r in zip(row.shapes, row.roots, strict=True)]
+    extents = [
+        _extent(s, r, view) for row in rows for s, r in zip(row.shapes, row.roots, strict=True)
+    ]
     low, high = min(e[0] for e in extents) - 0.1, max(e[1] for e in extents) + 0.08
     cell = max(0.6 * (high - low), 2 * max(e[2] for e in extents) + 0.1)
     columns, height = len(words), high - low
