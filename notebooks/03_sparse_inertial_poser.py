@@ -28,6 +28,7 @@ import dataclasses
 
 import matplotlib.pyplot as plt
 import numpy as np
+from IPython.display import display
 
 import mocap_jax as mj
 from mocap_jax.metrics import sparse_poser_series
@@ -39,7 +40,7 @@ mj.enable_compilation_cache()
 # %% [markdown]
 # ## A recording
 #
-# Four seconds of walking after a rest hold, in the `field` profile: boards that are biased, askew
+# Three seconds of walking after a rest hold, in the `field` profile: boards that are biased, askew
 # and on soft tissue, orientations that err slowly by a degree or two. Nobody measures where the
 # root is.
 
@@ -53,7 +54,7 @@ def cut(motion, seconds):
     return dataclasses.replace(motion, trajectory=shorter)
 
 
-motion = cut(mj.builtin_motion("walking"), 4.0)
+motion = cut(mj.builtin_motion("walking"), 3.0)
 recording = mj.simulate(
     motion,
     profile="field",
@@ -63,9 +64,8 @@ recording = mj.simulate(
 )
 recording = dataclasses.replace(recording, root=None)
 body = mj.ball_jointed(mj.load_body(recording.body_xml))
-print(
-    f"{recording.interval[1] - recording.interval[0]:.1f} s; boards: {', '.join(recording.inertial)}"
-)
+seconds = recording.interval[1] - recording.interval[0]
+print(f"{seconds:.1f} s; boards: {', '.join(recording.inertial)}")
 print(f"{body.nv} degrees of freedom a frame, {3 * len(recording.inertial)} told by orientations")
 
 # %% [markdown]
@@ -162,5 +162,8 @@ plt.show()
 bare = dataclasses.replace(options, pose_prior=None, covariance=False)
 without = mj.optimise(recording, body, initial=sop, options=bare)
 errors = mj.evaluate(without, recording).errors
-print(f"without prior: {errors['validation_orientation_error_mean_deg']['mean']:.1f} deg, "
-      f"{errors['marker_position_error_mean_cm']['mean']:.1f} cm; {without.status.value}")  # fmt: skip
+turn, place = (
+    errors[key]["mean"]
+    for key in ("validation_orientation_error_mean_deg", "marker_position_error_mean_cm")
+)
+print(f"without prior: {turn:.1f} deg, {place:.1f} cm; {without.status.value}")

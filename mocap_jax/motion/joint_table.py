@@ -112,8 +112,8 @@ def _table(path: Path, document: dict) -> JointTable:
         if found[what] is not None and not isinstance(found[what], list):
             raise InputError(f"{path}: '{what}' must be a list, one entry a joint")
     parents = found["parents"]
-    if parents and isinstance(parents[0], list):  # kintree_table: parents above children
-        parents = parents[0]
+    if isinstance(parents, list) and parents and isinstance(parents[0], list):
+        parents = parents[0]  # kintree_table: parents above children
     return _checked(path, found["joints"], parents, found["positions"], unit)
 
 

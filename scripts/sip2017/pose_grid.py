@@ -92,7 +92,7 @@ def _drawn(rows: list[Row], words: Sequence[str], view: View, file: Path) -> Pat
     extents = [
         _extent(s, r, view) for row in rows for s, r in zip(row.shapes, row.roots, strict=True)
     ]
-    low, high = min(e[0] for e in extents) - 0.1, max(e[1] for e in extents) + 0.08
+    low, high = min(e[0] for e in extents) - 0.1, max(e[1] for e in extents) + 0.16
     cell = max(0.6 * (high - low), 2 * max(e[2] for e in extents) + 0.1)
     columns, height = len(words), high - low
     wide, tall = (columns + _LABEL) * cell, len(rows) * height + 0.2
