@@ -70,8 +70,9 @@ def _row(
     at = [int(np.argmin(np.abs(pair.time - t))) for t in times]
     R, p = segment_poses(pair.body, pair.q[at])
     R_true, p_true = segment_poses(pair.reference_body, pair.reference_q[at])
-    roots = p[:, root_segment(pair.body.topology)]
-    p_true = p_true + (roots - p_true[:, root_segment(pair.reference_body.topology)])[:, None]
+    # Poses, not drift: on the true root.
+    roots = p_true[:, root_segment(pair.reference_body.topology)]
+    p = p + (roots - p[:, root_segment(pair.body.topology)])[:, None]
     return Row(
         label, colour, _shapes(pair.body, R, p), _shapes(pair.reference_body, R_true, p_true), roots
     )
@@ -117,7 +118,6 @@ def _drawn(rows: list[Row], words: Sequence[str], view: View, file: Path) -> Pat
 
 
 def _draw_pose(axes: Axes, row: Row, k: int, view: View, place: tuple[float, float]) -> None:
-    # Roots drift up and down as well: poses hang by them, at the height of the first.
     root = row.roots[k] * [1, 1, 0]
     if row.ghosts:
         draw_bones(axes, row.ghosts[k], root, view, place, TRUTH, 1.0, outline=False)
