@@ -25,8 +25,8 @@ def add_body_arguments(parser: argparse.ArgumentParser) -> None:
         "--body",
         metavar="XML",
         help="retarget the motion to this MJCF body, OpenSim model (.osim) or skeleton of joint "
-        f"positions (.json, .npz, .csv), to {HUMAN_FORM} (the built-in one) or to '{LIKE_CLIP}' (with the clip's segment lengths); default: its "
-        f"own",
+        f"positions (.json, .npz, .csv), to {HUMAN_FORM} (the built-in one) or to '{LIKE_CLIP}' "
+        "(with the clip's segment lengths); default: its own",
     )
     parser.add_argument("--height", type=positive_float, metavar="M", help="stature of the human")
     parser.add_argument("--mass", type=positive_float, metavar="KG", help="its mass")

@@ -58,8 +58,8 @@ def wear(recording: Recording, body: Body) -> tuple[Recording, Body]:
         position = scale * R_new_old @ np.asarray(own.site_pos[site])
         (sources if device.startswith(SOURCE_PREFIX) else boards).append(
             Mounting(
-                device.removeprefix(SOURCE_PREFIX), body.topology.body_names[new], tuple(position.tolist()),
-                tuple(orientation.tolist()),
+                device.removeprefix(SOURCE_PREFIX), body.topology.body_names[new],
+                tuple(position.tolist()), tuple(orientation.tolist()),
             )
         )  # fmt: skip
     carrier = mount(body, Suit(tuple(boards), tuple(sources)))
