@@ -43,7 +43,8 @@ def wear(recording: Recording, body: Body) -> tuple[Recording, Body]:
     q, scale = _same_pose(own, own_q, body)
     (R_own, _), (R_new, _) = segment_poses(own, own_q[None]), segment_poses(body, q[None])
     segments = {xsens_name(n): b for b, n in enumerate(body.topology.body_names) if b}
-    boards, sources = [], []
+    boards: list[Mounting] = []
+    sources: list[Mounting] = []
     for site, device in enumerate(own.topology.site_names):
         old = own.topology.site_body[site]
         if old == 0:  # an anchor in the room
