@@ -65,6 +65,7 @@ if TYPE_CHECKING:
     from mocap_jax.initialise import calibrate_to_pose as calibrate_to_pose
     from mocap_jax.initialise import check_readings as check_readings
     from mocap_jax.initialise import check_sensors as check_sensors
+    from mocap_jax.initialise import wear as wear
     from mocap_jax.initialise import with_orientations as with_orientations
     from mocap_jax.io import export_motion as export_motion
     from mocap_jax.io import read_recording as read_recording
@@ -85,6 +86,7 @@ if TYPE_CHECKING:
     from mocap_jax.motion import human as human
     from mocap_jax.motion import human_like as human_like
     from mocap_jax.motion import load_motion as load_motion
+    from mocap_jax.motion import load_skeleton as load_skeleton
     from mocap_jax.motion import retarget as retarget
     from mocap_jax.motion import retarget_errors as retarget_errors
     from mocap_jax.motion import segment_lengths as segment_lengths
@@ -133,7 +135,7 @@ _HOME = {
     ),
     "initialise": (
         "Heading", "SensorCheck", "calibrate_to_pose", "check_readings", "check_sensors",
-        "with_orientations",
+        "wear", "with_orientations",
     ),
     "io": (
         "export_motion", "read_recording", "read_solution", "write_recording", "write_solution",
@@ -141,7 +143,8 @@ _HOME = {
     "metrics": ("chi_square_band", "coverage", "evaluate", "joint_consistency", "nees", "nis"),
     "motion": (
         "BUILTIN_MOTIONS", "Motion", "ball_jointed", "builtin_motion", "cut_motion", "human",
-        "human_like", "load_motion", "retarget", "retarget_errors", "segment_lengths",
+        "human_like", "load_motion", "load_skeleton", "retarget", "retarget_errors",
+        "segment_lengths",
         "with_segment_lengths",
     ),
     "placement": ("PlacementOptions", "PlacementStudy", "place"),

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from mocap_jax.cli.exit_codes import UsageError, unknown_choice, value_of
 from mocap_jax.cli.human_text import HUMAN, HUMAN_FORM, HumanSize, human_of, is_human, read_human
 from mocap_jax.cli.parser import positive_float
+from mocap_jax.cli.skeleton import read_body
 from mocap_jax.errors import InputError
 
 if TYPE_CHECKING:
@@ -23,9 +24,9 @@ def add_body_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--body",
         metavar="XML",
-        help=f"retarget the motion to this MJCF body or OpenSim model (.osim), to {HUMAN_FORM} "
-        f"(the built-in one) or to '{LIKE_CLIP}' (with the clip's segment lengths); default: its "
-        f"own",
+        help="retarget the motion to this MJCF body, OpenSim model (.osim) or skeleton of joint "
+        f"positions (.json, .npz, .csv), to {HUMAN_FORM} (the built-in one) or to '{LIKE_CLIP}' "
+        "(with the clip's segment lengths); default: its own",
     )
     parser.add_argument("--height", type=positive_float, metavar="M", help="stature of the human")
     parser.add_argument("--mass", type=positive_float, metavar="KG", help="its mass")
@@ -59,9 +60,7 @@ def chosen_body(arguments: argparse.Namespace, motion: Motion | None = None) -> 
         raise UsageError(f"--{given[0]} is for --body {HUMAN}")
     if arguments.body is None:
         return None
-    from mocap_jax.body import load_body
-
-    return load_body(arguments.body, free_root=True)
+    return read_body(arguments.body, free_root=True)
 
 
 def _check_sex(sex: str) -> None:

@@ -12,6 +12,7 @@ from mocap_jax.cli.exit_codes import UsageError
 from mocap_jax.cli.human_text import human_of, is_human, read_human
 from mocap_jax.cli.methods import solve
 from mocap_jax.cli.results import errors_against_truth
+from mocap_jax.cli.skeleton import is_skeleton, read_body
 from mocap_jax.cli.stretch import cut_as_asked, cut_remarks
 from mocap_jax.errors import InputError
 
@@ -26,9 +27,7 @@ def body_asked_for(text: str | None) -> Body | None:
     """The body of `--body`; None for the recording's own."""
     if is_human(text):
         return human_of(read_human(text or ""))
-    from mocap_jax.body import load_body
-
-    return load_body(text) if text else None
+    return read_body(text) if text else None
 
 
 def estimate_recording(
@@ -62,6 +61,8 @@ def estimate_recording(
     recording = cut_as_asked(asked, whole, str(source))
     if body is not None and is_human(asked.body):
         recording, body = _dressed(recording, body, source, asked.body or "")
+    elif body is not None and is_skeleton(asked.body):
+        recording, body = _on_skeleton(recording, body, source)
     validate_recording(recording, body, name=str(source), body_name=asked.body or "body.xml")
     if asked.root == "given" and recording.root is None:
         raise UsageError(f"--root given: {source} has no root pose (topic /root); valid: free")
@@ -103,6 +104,16 @@ def _dressed(recording: Recording, body: Body, source: Path, text: str) -> tuple
     except InputError as error:
         raise InputError(f"{source}: --body {text}: {error}") from error
     return recording, load_body(recording.body_xml or "")
+
+
+def _on_skeleton(recording: Recording, body: Body, source: Path) -> tuple[Recording, Body]:
+    """The recording on a body without sites of its own, and that body with its sensors."""
+    from mocap_jax.initialise import wear
+
+    try:
+        return wear(recording, body)
+    except InputError as error:
+        raise InputError(f"{source}: {error}") from error
 
 
 def _suspicions(recording: Recording, body: Body | None) -> tuple[str, ...]:

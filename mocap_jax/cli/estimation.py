@@ -47,7 +47,8 @@ def add_estimation_arguments(parser: argparse.ArgumentParser, initial: str) -> N
     """
     parser.add_argument(
         "--body", metavar="XML",
-        help=f"MJCF body or OpenSim model (.osim) with the sensors' sites, or {HUMAN_FORM} (the "
+        help=f"MJCF body or OpenSim model (.osim) with the sensors' sites, a skeleton of joint "
+        f"positions (.json, .npz, .csv) that gets them, or {HUMAN_FORM} (the "
         "built-in one, which wears the sensors where the recording says); default: the recording's",
     )  # fmt: skip
     parser.add_argument(

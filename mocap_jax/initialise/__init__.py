@@ -12,6 +12,7 @@ from mocap_jax.initialise.orientations import with_orientations
 from mocap_jax.initialise.rest_options import RestOptions
 from mocap_jax.initialise.rest_pose import RestEstimate, declared_rest, rest_pose
 from mocap_jax.initialise.still import Still, find_still
+from mocap_jax.initialise.wear import wear
 
 __all__ = [
     "Heading",
@@ -27,5 +28,6 @@ __all__ = [
     "declared_rest",
     "find_still",
     "rest_pose",
+    "wear",
     "with_orientations",
 ]

@@ -7,6 +7,8 @@ from mocap_jax.motion.bvh import body_from_bvh
 from mocap_jax.motion.cut import cut_motion
 from mocap_jax.motion.human import human, segment_lengths, segment_tip, with_segment_lengths
 from mocap_jax.motion.human_like import human_like
+from mocap_jax.motion.joint_positions import load_skeleton
+from mocap_jax.motion.joint_table import SUFFIXES as JOINT_SUFFIXES
 from mocap_jax.motion.load import (
     MOTION_SUFFIXES,
     SCALED_SUFFIXES,
@@ -20,9 +22,9 @@ from mocap_jax.motion.segment_names import XSENS_SEGMENTS, xsens_name
 from mocap_jax.motion.skeleton import TIP_PREFIX
 
 __all__ = [
-    "BUILTIN_MOTIONS", "MOTION_SUFFIXES", "SCALED_SUFFIXES", "SKELETON_SUFFIXES", "TIP_PREFIX",
-    "XSENS_SEGMENTS", "Motion", "ball_jointed", "body_from_asf", "body_from_bvh",
-    "builtin_motion", "cut_motion", "human", "human_like", "load_motion", "retarget",
-    "retarget_errors", "retarget_table", "segment_lengths", "segment_tip", "with_segment_lengths",
-    "xsens_name",
+    "BUILTIN_MOTIONS", "JOINT_SUFFIXES", "MOTION_SUFFIXES", "SCALED_SUFFIXES",
+    "SKELETON_SUFFIXES", "TIP_PREFIX", "XSENS_SEGMENTS", "Motion", "ball_jointed", "body_from_asf",
+    "body_from_bvh", "builtin_motion", "cut_motion", "human", "human_like", "load_motion",
+    "load_skeleton", "retarget", "retarget_errors", "retarget_table", "segment_lengths",
+    "segment_tip", "with_segment_lengths", "xsens_name",
 ]  # fmt: skip

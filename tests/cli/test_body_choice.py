@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 import pytest
 
+from mocap_jax.body import frames
 from mocap_jax.cli.body_choice import add_body_arguments, chosen_body
 from mocap_jax.cli.exit_codes import UsageError
 from mocap_jax.errors import InputError
-from mocap_jax.motion import Motion, builtin_motion, human, segment_lengths
+from mocap_jax.motion import Motion, builtin_motion, human, load_skeleton, segment_lengths
 
 
 def parsed(*arguments: str) -> argparse.Namespace:
@@ -62,6 +64,34 @@ def test_human_like_the_clip(walk: Motion) -> None:
 def test_options_that_make_no_sense(walk: Motion, arguments: list[str], words: str) -> None:
     with pytest.raises(UsageError, match=words):
         chosen_body(parsed(*arguments), walk)
+
+
+def skeleton_file(folder: Path) -> Path:
+    """The built-in human's joints as a table."""
+    body = human()
+    place, topology = frames(body, body.qpos0).position, body.topology
+    names = ("", *topology.body_names[1:])
+    rows = [
+        f"{names[b]},{names[topology.body_parent[b]]},{','.join(map(str, place[b].tolist()))}"
+        for b in range(1, topology.nbody)
+    ]
+    file = folder / "joints.csv"
+    file.write_text("\n".join(["joint,parent,x,y,z", *rows]))
+    return file
+
+
+def test_a_skeleton_of_joint_positions(walk: Motion, tmp_path: Path) -> None:
+    file = skeleton_file(tmp_path)
+    body = chosen_body(parsed("--body", str(file)), walk)
+    assert body is not None and body.xml == load_skeleton(file).xml and body.has_free_root
+    with pytest.raises(InputError, match=r"none.json: no such file"):
+        chosen_body(parsed("--body", "none.json"), walk)
+
+
+def test_boards_of_other_bodies_on_a_skeleton(recording_file, refused, tmp_path: Path) -> None:
+    """The recording's body has no legs, so that nothing tells how its pose looks on a skeleton."""
+    file = skeleton_file(tmp_path)
+    refused(["reconstruct", recording_file, "--body", file], 1, str(recording_file), "LeftUpperLeg")
 
 
 def test_wrong_values(walk: Motion) -> None:
