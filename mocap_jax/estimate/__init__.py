@@ -16,6 +16,7 @@ from mocap_jax.estimate.single_imu import (
     smooth_orientation,
 )
 from mocap_jax.estimate.sparse_options import sparse_options, table1_options
+from mocap_jax.estimate.unscented_filter import ukf
 from mocap_jax.estimate.whole_sequence import optimise
 from mocap_jax.estimate.whole_sequence_options import (
     ConstantsOptions,
@@ -30,5 +31,5 @@ __all__ = [
     "SingleImuSolution", "UserResidual", "absolute_position", "check_residual", "differentiable",
     "differentiable_ekf", "ekf", "magnetic_heading", "optimise",
     "orientation_pass", "smooth_orientation", "sparse_options",
-    "table1_options",
+    "table1_options", "ukf",
 ]  # fmt: skip

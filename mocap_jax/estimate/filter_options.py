@@ -14,12 +14,14 @@ _ROOTS = ("auto", "given", "free")
 
 @dataclass(frozen=True)
 class EkfOptions:
-    """Options of `ekf`."""
+    """Options of `ekf` and `ukf`."""
 
     kinds: str = "AGDO"
     """Measurements to use: A accelerometers, G gyroscopes, D distances, O orientations."""
     root: Literal["auto", "given", "free"] = "auto"
     """Use the measured root pose (`auto`: when the recording has one)."""
+    rate_hz: float | None = None
+    """Frame grid; default the highest inertial rate (120 Hz without inertial data)."""
     process: Literal["white_jerk", "paper", "euler"] = "white_jerk"
     """Dynamics; `paper` puts noise on the acceleration only, `euler` steps as eq. 1 is printed."""
     joint_jerk_density: float = 1e4
