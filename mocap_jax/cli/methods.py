@@ -108,5 +108,6 @@ def _require_orientations(recording: Recording) -> None:
 
     if not measures_orientation(recording):
         raise UsageError(
-            "--method orientation: the recording has no measured orientations; valid: optimise, ekf, ukf"
+            "--method orientation: the recording has no measured orientations; valid: optimise, "
+            "ekf, ukf"
         )

@@ -69,8 +69,8 @@ def unscented_moments(
         columns: the function depends on this many leading coordinates only; the others' points
             change nothing and are left out.
 
-    With y+, y-, y0 the values at a pair and at the centre, and h the spread, the textbook's weighted
-    sums are mean - y0 = m = sum (y+ + y- - 2 y0) / 2 h^2, and the covariance
+    With y+, y-, y0 the values at a pair and at the centre, and h the spread, the textbook's
+    weighted sums are mean - y0 = m = sum (y+ + y- - 2 y0) / 2 h^2, and the covariance
     sum (d d' + s s') / 4 h^2 + (beta - h^2 / n) m m' with d = y+ - y-, s = y+ + y- - 2 y0. Written
     so nothing large cancels, and with beta >= h^2 / n it cannot be negative.
     """

@@ -1,4 +1,4 @@
-"""The unscented filter: the textbook's sums, the Kalman filter where all is linear, and curvature."""
+"""The unscented filter: the textbook's sums; the Kalman filter where all is linear."""
 
 from __future__ import annotations
 
