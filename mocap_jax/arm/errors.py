@@ -85,6 +85,7 @@ def arm_errors(
     wrist: Float[np.ndarray, "t 3"],
     angles: Float[np.ndarray, "t 2"],
     recording: Recording,
+    least_flexion: float = 0.0,
 ) -> ArmErrors:
     """Estimate less truth, from `Setup.score_from` on.
 
@@ -93,6 +94,7 @@ def arm_errors(
         wrist: in the world [m].
         angles: of shoulder and elbow [rad].
         recording: with its truth.
+        least_flexion: score only where the true elbow angle is at least this [rad].
     """
     points = true_points(recording)
     true = np.concatenate([points.wrist[:, [0, 2]], reference_angles(points)], axis=1)
@@ -103,5 +105,5 @@ def arm_errors(
     error[:, 2:] -= 2 * np.pi * np.round(error[:, 2:] / (2 * np.pi))
     scale = np.array([100.0, 100.0, *np.rad2deg([1.0, 1.0])])
     scored = (time >= recording.setup.score_from) & (time <= stamps[-1])
-    error = error[scored] * scale
+    error = error[scored & (at[:, 3] >= least_flexion)] * scale
     return ArmErrors(error.mean(0), error.std(0))

@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 from mocap_jax import so3
 from mocap_jax.arm.errors import ArmErrors, arm_errors, arm_points, reference_angles
 from mocap_jax.arm.inverse_kinematics import planar_angles
+from mocap_jax.arm.mirror import bent_forward
 from mocap_jax.arm.ranges import anchor_ranges
 from mocap_jax.arm.wrist_filter import WristFilterOptions, wrist_filter
 from mocap_jax.body import Body, load_body, site_frames
@@ -42,11 +43,13 @@ class ArmTrack:
     """The wrist was out of the arm's reach (inverse kinematics only)."""
     solution: Solution | None = None
     """Of the general estimators."""
+    log_likelihood: float = float("nan")
+    """Of the innovations of the paper's filter."""
     remarks: tuple[str, ...] = ()
 
-    def errors(self, recording: Recording) -> ArmErrors:
-        """Against the recording's truth."""
-        return arm_errors(self.time, self.wrist, self.angles, recording)
+    def errors(self, recording: Recording, least_flexion: float = 0.0) -> ArmErrors:
+        """Against the recording's truth (see `arm_errors`)."""
+        return arm_errors(self.time, self.wrist, self.angles, recording, least_flexion)
 
 
 def paper_tracker(recording: Recording, options: WristFilterOptions | None = None) -> ArmTrack:
@@ -78,7 +81,31 @@ def paper_tracker(recording: Recording, options: WristFilterOptions | None = Non
         np.stack([plane[:, 0], np.full(len(plane), shoulder[1]), plane[:, 1]], axis=1),
         np.stack([angles.shoulder, np.abs(angles.elbow)], axis=1),
         clamped,
+        log_likelihood=float(found.log_likelihood),
         remarks=told if clamped.any() else (),
+    )
+
+
+JERK_DENSITY = 100.0
+"""Of joint angles in flexion and extension [rad^2/s^5]: the largest innovation likelihood of 10 to
+10^4 in a trial that is used for nothing else (`scripts/reproduce_arm_ukf --tune`). What people do
+beside (`EkfOptions.joint_jerk_density`) is a hundred times as lively."""
+
+
+def filter_options(rate_hz: float, *, smooth: bool = False) -> EkfOptions:
+    """Options of the joint-angle filter.
+
+    Args:
+        rate_hz: of the frames.
+        smooth: run the backward pass too.
+    """
+    return EkfOptions(
+        kinds="D",
+        rate_hz=rate_hz,
+        joint_jerk_density=JERK_DENSITY,
+        smooth=smooth,
+        # Which way the mobile faces is what the wrist's position tells least.
+        range_facing=False,
     )
 
 
@@ -92,8 +119,8 @@ def joint_filter(
         body: default the recording's.
         smooth: run the backward pass too.
     """
-    options = EkfOptions(kinds="D", rate_hz=_rate(recording), smooth=smooth)
-    return _of_solution(ukf(recording, body, options=options))
+    options = filter_options(_rate(recording), smooth=smooth)
+    return _of_solution(bent_forward(ukf(recording, body, options=options)))
 
 
 def arm_options(rate_hz: float, *, robust: bool = True) -> OptimiseOptions:
@@ -101,15 +128,16 @@ def arm_options(rate_hz: float, *, robust: bool = True) -> OptimiseOptions:
 
     Args:
         rate_hz: of the frames.
-        robust: Geman-McClure loss on ranges; otherwise least squares.
+        robust: Cauchy's loss on ranges; otherwise least squares.
     """
-    filtering = EkfOptions()
+    filtering = filter_options(rate_hz)
     return OptimiseOptions(
         kinds="D",
         rate_hz=rate_hz,
         # The arm's lengths and the mobile's place are taken as known, as in the paper.
         noise=NoiseOptions(
-            model_errors=False, adapt=robust, range_loss="geman_mcclure" if robust else "none"
+            model_errors=False, adapt=False, range_loss="cauchy" if robust else "none",
+            range_facing=False,
         ),
         prior=PriorOptions(
             smoothness_order=3, smoothness_density=filtering.joint_jerk_density,
@@ -159,7 +187,7 @@ def _of_solution(solution: Solution) -> ArmTrack:
         )
     return ArmTrack(
         np.asarray(solution.trajectory.time), points.wrist, reference_angles(points),
-        np.zeros(len(q), bool), solution, told,
+        np.zeros(len(q), bool), solution, remarks=told,
     )  # fmt: skip
 
 

@@ -47,6 +47,8 @@ class WristEstimate(NamedTuple):
     position: Float[Array, "t n"]
     """[m]"""
     covariance: Float[Array, "t n n"]
+    log_likelihood: Float[Array, ""]
+    """Of all innovations: what noise figures are tuned by."""
 
 
 def wrist_filter(
@@ -54,7 +56,7 @@ def wrist_filter(
     anchors: Float[Array, "k 2"],
     start: Float[Array, "2"],
     aside: Float[Array, "k"] | None = None,
-    options: WristFilterOptions = WristFilterOptions(),  # noqa: B008  (frozen)
+    options: WristFilterOptions = WristFilterOptions(),
 ) -> WristEstimate:
     """Track the wrist in its plane.
 
@@ -104,9 +106,14 @@ def _run(
         X = X + K @ jnp.where(heard, Y - mean, 0.0)  # eq. 16
         P = P - K @ Pyy @ K.T
         belief = X, 0.5 * (P + P.T)
-        return belief, belief
+        seen = jnp.where(heard, Y - mean, 0.0)
+        spread = jnp.linalg.slogdet(2 * jnp.pi * Pyy)[1]
+        # Absent ranges stand in Pyy as one each.
+        spread = spread - (~heard).sum() * jnp.log(2 * jnp.pi)
+        told = -0.5 * (seen @ jnp.linalg.solve(Pyy, seen) + spread)
+        return belief, (*belief, told)
 
-    _, (position, covariance) = jax.lax.scan(
+    _, (position, covariance, told) = jax.lax.scan(
         step, (start, options.start_sigma**2 * jnp.eye(n)), ranges
     )
-    return WristEstimate(position, covariance)
+    return WristEstimate(position, covariance, told.sum())

@@ -39,6 +39,8 @@ class FilterModel(NamedTuple):
     range_sites: tuple[int, ...]
     """Sites that take part in ranges."""
     range_gate: float
+    range_facing: bool = True
+    """Leave out ranges whose receiver is behind the source at the estimated pose."""
     sigma_points: SigmaPoints | None = None
     """Of the unscented filter; None: derivatives, as in the extended one."""
 
@@ -210,7 +212,7 @@ def _vectors(residual: Array, jacobian: Array, variance: Array, active: Array) -
 def _range(
     body: Body, model: FilterModel, p: Parameters, c: Chain, state: State, frame: FrameInput
 ) -> _Terms:
-    """Ranges of the interval before the frame; a receiver behind its source counts as absent."""
+    """Ranges of the interval before the frame; a receiver behind its source may count as absent."""
     heard = (frame.range_weight > 0) & jnp.isfinite(frame.range_distance) & frame.valid
     measured = jnp.where(heard, frame.range_distance, 1.0)
     predicted = readings.distance(
@@ -222,7 +224,7 @@ def _range(
         frame.range_lead * p.dynamics.step,
         measured / p.speed_of_sound,
     )
-    active = heard & (predicted.cosine > 0)
+    active = heard & (predicted.cosine > 0) if model.range_facing else heard
     sigma = p.range_sigma / jnp.where(heard, frame.range_weight, 1.0)
     return predicted.jacobian, measured - predicted.value, sigma**2, active
 

@@ -64,6 +64,10 @@ class EkfOptions:
     range_gate: float = 4.0
     """Ranges whose innovation exceeds this many standard deviations are trusted less (multipath);
     0 switches it off."""
+    range_facing: bool = True
+    """Leave out ranges whose receiver is behind the source at the estimated pose (w_a of Vlasic
+    2007, section 4.1). Off where sources radiate all around, or where the data hardly tell which
+    way they face."""
     velocity_sigma: float = 3.0
     """Prior of joint and root velocities at the first frame, when it is not at rest
     [rad/s, m/s]."""

@@ -46,7 +46,13 @@ def prepare(
     data = gather(recording, body, kinds=options.kinds, root=use_root, rate_hz=options.rate_hz)
     chunks, kinds, range_sites = filter_data(data, rest, options)
     model = FilterModel(
-        options.process, kinds, data.sites, range_sites, options.range_gate, sigma_points
+        options.process,
+        kinds,
+        data.sites,
+        range_sites,
+        options.range_gate,
+        options.range_facing,
+        sigma_points,
     )
     dtype = jnp.dtype(options.dtype)
     cast = lambda x: (  # noqa: E731

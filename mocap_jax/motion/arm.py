@@ -15,8 +15,9 @@ from mocap_jax.errors import InputError
 
 WRIST_SITE = "source/wrist"
 SHOULDER, ELBOW = "shoulder", "elbow"
-# Lateral, to the arm's own side: the axis of the sound, and of turning the arm upwards.
-_AXIS = (0.0, -1.0, 0.0)
+FLEXION_AXIS = (0.0, -1.0, 0.0)
+"""Of raising the arm and of bending the elbow: lateral, to the arm's own side. The mobile sends its
+sound there."""
 # Of the mobile on the outer side of the wrist [m].
 _ON_SKIN = (0.0, -0.04, 0.0)
 _TURN = (0.5**0.5, 0.5**0.5, 0.0, 0.0)
@@ -54,7 +55,7 @@ def arm_body(
     if not anchors:
         raise InputError("anchors: at least one is needed")
     sites = "".join(f'<site name="anchor/{n}" pos="{numbers(p)}"/>' for n, p in anchors.items())
-    joint = f'axis="{numbers(_AXIS)}"' if planar else 'type="ball"'
+    joint = f'axis="{numbers(FLEXION_AXIS)}"' if planar else 'type="ball"'
     wrist = f'<site name="{WRIST_SITE}" pos="{numbers(_ON_SKIN)}" quat="{numbers(_TURN)}"/>'
     return load_body(f"""<mujoco model="arm"><compiler angle="radian"/><worldbody>{sites}
   <body name="Trunk" pos="{numbers(shoulder)}"><freejoint name="root"/>
@@ -62,7 +63,7 @@ def arm_body(
     <body name="RightUpperArm"><joint name="{SHOULDER}" {joint}/>
       <geom type="capsule" size="0.04" fromto="0.05 0 0 {upper_arm - 0.02} 0 0"/>
       <body name="RightForeArm" pos="{upper_arm} 0 0">
-        <joint name="{ELBOW}" axis="{numbers(_AXIS)}" range="0 2.62"/>
+        <joint name="{ELBOW}" axis="{numbers(FLEXION_AXIS)}" range="0 2.62"/>
         <geom type="capsule" size="0.03" fromto="0.02 0 0 {forearm - 0.03} 0 0"/>
         <body name="RightHand" pos="{forearm} 0 0">{_TISSUE if loose_mobile else ""}
           <inertial pos="0 0 0" {_INERTIA}/>

@@ -59,9 +59,7 @@ def arm_poses(
     aside, turned = (
         movement.out_of_plane_deg * fade * tones(name, 0.05, 0.6) for name in ("aside", "turned")
     )
-    rotation = (
-        _turns("x", aside) * _turns("y", -flexion) * _turns("x", turned)
-    )
+    rotation = _turns("x", aside) * _turns("y", -flexion) * _turns("x", turned)
     shake = np.stack([tones(f"vibration/{axis}", 4.0, 12.0) for axis in "xyz"], axis=1)
     return np.concatenate([
         rotation.as_quat(scalar_first=True), np.deg2rad(elbow)[:, None],

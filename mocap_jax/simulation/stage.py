@@ -120,9 +120,7 @@ def _worn(
     spline = PoseSpline(rig.topology, performance.time, performance.q)
     if not profile.tissue_frequency:
         return rig, spline
-    loose = build_rig(
-        body, boards, suit.source_sites, suit.listening_anchors, soft_tissue=True
-    )
+    loose = build_rig(body, boards, suit.source_sites, suit.listening_anchors, soft_tissue=True)
     q = np.zeros((len(performance.q), loose.model.nq))
     q[:, loose.coordinates] = performance.q
     q[:, loose.tissue_coordinates] = wobble(rig, spline, performance.time, boards, profile, seed)

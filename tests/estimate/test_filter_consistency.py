@@ -83,7 +83,7 @@ def _measure(body: Body, model: FilterModel, x: tuple, k: jax.Array, first: jax.
 def test_errors_are_as_large_as_claimed(points: SigmaPoints | None) -> None:
     body = small_body()
     sites = tuple(body.site_index(s) for s in SENSORS)
-    model = FilterModel("white_jerk", "GAR", sites, (), 0.0, points)
+    model = FilterModel("white_jerk", "GAR", sites, (), 0.0, sigma_points=points)
     run = jax.jit(jax.vmap(partial(_nees, body, model, _parameters(body))))
     nees = run(jax.random.split(jax.random.PRNGKey(0), RUNS)) / body.nv
     assert nees.shape == (RUNS, FRAMES)
