@@ -1,4 +1,4 @@
-"""Errors of arm trackers against the truth of a simulated trial, as the paper's table II has them."""
+"""Errors of arm trackers against the truth of a simulated trial, in the rows of table II."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Three trackers of an arm on the same ranges: the paper's, and the general filter and optimiser."""
+"""Trackers of an arm on the same ranges: the paper's, the general filter, the optimiser."""
 
 from __future__ import annotations
 

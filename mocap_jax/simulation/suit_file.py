@@ -77,7 +77,8 @@ def load_suit(path: str | os.PathLike[str], body: Body | None = None) -> Suit:
     suit = Suit(devices["boards"], devices["sources"], base.omitted, devices["anchors"])
     if not suit.boards and not (suit.sources and suit.listening_anchors):
         raise InputError(
-            f"{path}: no boards; write at least one [[boards]] entry, or [[sources]] and [[anchors]]"
+            f"{path}: no boards; write at least one [[boards]] entry, or [[sources]] and "
+            "[[anchors]]"
         )
     return suit
 
