@@ -72,7 +72,9 @@ def describe(scene: ArmScene, trials: int) -> None:
     print(f"{trials} trials of {m.seconds:g} s; {scene.rate_hz:g} pulses a second; range noise "
           f"{1000 * scene.noise:g} mm; upper arm {scene.upper_arm:g} m, forearm {scene.forearm:g} m"
           f"; shoulder at {scene.shoulder} m")  # fmt: skip
-    places = "; ".join(f"{n} {p}" for n, p in scene.anchors.items())
+    places = "; ".join(
+        f"{n} ({', '.join(f'{x:.2f}' for x in p)})" for n, p in scene.anchors.items()
+    )
     print(f"anchors (x forward, y to the left, z up) [m]: {places}")
     print(f"elbow {m.elbow_deg} deg in {m.period:g} s, shoulder {m.shoulder_deg} deg, out of plane "
           f"{m.out_of_plane_deg:g} deg RMS, vibration {1000 * m.vibration:g} mm RMS")  # fmt: skip
