@@ -132,7 +132,7 @@ def simulate_arm(scene: ArmScene, seed: int = 0, *, planar: bool = True) -> Reco
     )
     ranges, more = sample_ranges(rig, spline, suit, profile, options, seed)
     assert ranges is not None  # the wrist carries a source
-    frames = np.arange(int(end * scene.rate_hz) + 1) / scene.rate_hz
+    frames = np.arange(int(np.rint(ranges.time[-1] * scene.rate_hz)) + 1) / scene.rate_hz
     q, v, _ = spline.evaluate(frames)
     recording = Recording(
         inertial={},
