@@ -53,7 +53,8 @@ def add_estimation_arguments(parser: argparse.ArgumentParser, initial: str) -> N
     parser.add_argument(
         "--method", metavar="NAME",
         help="optimise (default: smoothed filter, then the whole sequence at once), ekf (extended "
-        "Kalman filter), ukf (unscented), or orientation (the whole sequence from measured orientations alone)",
+        "Kalman filter), ukf (unscented), or orientation (the whole sequence from measured "
+        "orientations alone)",
     )  # fmt: skip
     parser.add_argument(
         "--smooth", action="store_true",
