@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import smooth_orientation as smooth_orientation
     from mocap_jax.estimate import sparse_options as sparse_options
     from mocap_jax.estimate import table1_options as table1_options
+    from mocap_jax.estimate import ukf as ukf
     from mocap_jax.initialise import Heading as Heading
     from mocap_jax.initialise import SensorCheck as SensorCheck
     from mocap_jax.initialise import calibrate_to_pose as calibrate_to_pose
@@ -72,6 +73,7 @@ if TYPE_CHECKING:
     from mocap_jax.io import read_solution as read_solution
     from mocap_jax.io import write_recording as write_recording
     from mocap_jax.io import write_solution as write_solution
+    from mocap_jax.kalman import SigmaPoints as SigmaPoints
     from mocap_jax.metrics import chi_square_band as chi_square_band
     from mocap_jax.metrics import coverage as coverage
     from mocap_jax.metrics import evaluate as evaluate
@@ -131,8 +133,9 @@ _HOME = {
         "SingleImuOptions", "UserResidual", "absolute_position", "check_residual",
         "differentiable", "differentiable_ekf", "ekf", "magnetic_heading", "optimise",
         "orientation_pass", "range_only_path", "smooth_orientation", "sparse_options",
-        "table1_options",
+        "table1_options", "ukf",
     ),
+    "kalman": ("SigmaPoints",),
     "initialise": (
         "Heading", "SensorCheck", "calibrate_to_pose", "check_readings", "check_sensors",
         "wear", "with_orientations",

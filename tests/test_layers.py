@@ -22,7 +22,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("residuals", "simulation", "pose_prior", "decoding"),
     ("initialise",),
     ("estimate", "conversion", "calibration"),
-    ("placement",),
+    ("placement", "arm"),
     ("report", "batch"),
     ("view",),
     ("cli",),

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from mocap_jax.cli.exit_codes import UsageError, unknown_choice
 from mocap_jax.cli.human_text import HUMAN_FORM, is_human, read_human
-from mocap_jax.cli.methods import METHODS, PRESETS, Preset
+from mocap_jax.cli.methods import FILTERS, METHODS, PRESETS, Preset
 from mocap_jax.cli.parser import sensor_kinds
 from mocap_jax.cli.stretch import add_cut_arguments
 
@@ -53,12 +53,14 @@ def add_estimation_arguments(parser: argparse.ArgumentParser, initial: str) -> N
     )  # fmt: skip
     parser.add_argument(
         "--method", metavar="NAME",
-        help="optimise (default: smoothed filter, then the whole sequence at once), ekf, or "
-        "orientation (the whole sequence from measured orientations alone)",
+        help="optimise (default: smoothed filter, then the whole sequence at once), ekf (extended "
+        "Kalman filter), ukf (unscented), or orientation (the whole sequence from measured "
+        "orientations alone)",
     )  # fmt: skip
     parser.add_argument(
-        "--smooth", action="store_true", help="with --method ekf: smooth the filter's estimate"
-    )
+        "--smooth", action="store_true",
+        help="with --method ekf or ukf: smooth the filter's estimate",
+    )  # fmt: skip
     what = "solution" if initial == "FILE" else "solutions NAME.solution.mcap"
     parser.add_argument(
         "--initial", metavar=initial,
@@ -91,8 +93,6 @@ def estimation_of(arguments: argparse.Namespace) -> Estimation:
         UsageError: unknown choices, or such as do not go together.
     """
     if arguments.method is not None and arguments.method not in METHODS:
-        if arguments.method == "ukf":
-            raise UsageError(f"--method ukf is not available yet; valid: {', '.join(METHODS)}")
         raise unknown_choice("--method", "method", arguments.method, METHODS)
     if arguments.preset is not None and arguments.preset not in PRESETS:
         raise unknown_choice("--preset", "preset", arguments.preset, PRESETS)
@@ -101,11 +101,11 @@ def estimation_of(arguments: argparse.Namespace) -> Estimation:
         raise UsageError(
             "--method orientation uses measured orientations alone; valid: --sensors O"
         )
-    if arguments.smooth and method != "ekf":
-        raise UsageError(f"--smooth belongs to --method ekf, not to {method}")
+    if arguments.smooth and method not in FILTERS:
+        raise UsageError(f"--smooth belongs to --method ekf or ukf, not to {method}")
     if arguments.contacts and method != "optimise":
         raise UsageError(f"--contacts belongs to --method optimise, not to {method}")
-    if arguments.initial is not None and method == "ekf":
+    if arguments.initial is not None and method in FILTERS:
         raise UsageError(f"--initial belongs to --method optimise, not to {method}")
     if is_human(arguments.body):
         read_human(arguments.body)

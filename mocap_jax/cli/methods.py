@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from mocap_jax.recording import Recording
     from mocap_jax.solution import Solution
 
-METHODS = ("optimise", "ekf", "orientation")
+METHODS = ("optimise", "ekf", "ukf", "orientation")
+FILTERS = ("ekf", "ukf")
 Root = Literal["auto", "given", "free"]
 Process = Literal["white_jerk", "paper"]
 
@@ -73,20 +74,21 @@ def solve(
         kinds: letters of "AGDO".
         root: "given", "free" or "auto".
         process: process noise of the filter, "white_jerk" or "paper".
-        smooth: with "ekf", run the backward smoother as well.
+        smooth: with "ekf" and "ukf", run the backward smoother as well.
         sparse: with "optimise", use `sparse_options`.
         contacts: with "optimise", hold standing feet (`ContactOptions`).
         initial: with "optimise" and "orientation", where to start instead of the filter.
         progress: show progress bars on stderr.
     """
-    from mocap_jax.estimate import EkfOptions, ekf
+    from mocap_jax.estimate import EkfOptions, ekf, ukf
 
     if method == "orientation":
         _require_orientations(recording)
         kinds = "O"
     filtering = EkfOptions(kinds=kinds, root=root, process=process, smooth=smooth)
-    if method == "ekf":
-        return ekf(recording, body, options=filtering, progress=progress)
+    if method in FILTERS:
+        estimator = ekf if method == "ekf" else ukf
+        return estimator(recording, body, options=filtering, progress=progress)
     from mocap_jax.estimate import ContactOptions, OptimiseOptions, optimise, sparse_options
 
     if initial is None and process != "white_jerk":
@@ -106,5 +108,6 @@ def _require_orientations(recording: Recording) -> None:
 
     if not measures_orientation(recording):
         raise UsageError(
-            "--method orientation: the recording has no measured orientations; valid: optimise, ekf"
+            "--method orientation: the recording has no measured orientations; valid: optimise, "
+            "ekf, ukf"
         )

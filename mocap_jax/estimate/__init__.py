@@ -23,6 +23,7 @@ from mocap_jax.estimate.single_imu import (
     smooth_orientation,
 )
 from mocap_jax.estimate.sparse_options import sparse_options, table1_options
+from mocap_jax.estimate.unscented_filter import ukf
 from mocap_jax.estimate.whole_sequence import optimise
 from mocap_jax.estimate.whole_sequence_options import (
     ConstantsOptions,
@@ -37,5 +38,5 @@ __all__ = [
     "RangeOnlyOptions", "RangeOnlySolution", "SingleImuOptions", "SingleImuSolution",
     "UserResidual", "absolute_position", "check_residual", "differentiable", "differentiable_ekf",
     "ekf", "magnetic_heading", "optimise", "orientation_pass", "range_only_path",
-    "smooth_orientation", "sparse_options", "table1_options",
+    "smooth_orientation", "sparse_options", "table1_options", "ukf",
 ]  # fmt: skip

@@ -28,10 +28,15 @@ from mocap_jax.estimate.inputs import (
     uses_root,
 )
 from mocap_jax.initialise import RestEstimate, rest_pose
-from mocap_jax.kalman import State
+from mocap_jax.kalman import SigmaPoints, State
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution, Status
-from mocap_jax.solution.methods import FILTER, SMOOTHER
+from mocap_jax.solution.methods import (
+    FILTER,
+    SMOOTHER,
+    UNSCENTED_FILTER,
+    UNSCENTED_SMOOTHER,
+)
 from mocap_jax.trajectory import Trajectory
 
 # Memory for filtered beliefs that wait for the smoother (about 16 s of a human at 140 Hz).
@@ -70,18 +75,22 @@ def run_ekf(
     *,
     progress: bool,
     meanwhile: Callable[[], object] = lambda: None,
+    sigma_points: SigmaPoints | None = None,
 ) -> Solution:
-    """`ekf`; `meanwhile` is called once the filter's own programs are queued for compilation."""
+    """`ekf`, or `ukf` with sigma points.
+
+    `meanwhile` is called once the filter's own programs are queued for compilation.
+    """
     clock = CompileClock()
     begin = time.perf_counter()
     # LAPACK of this size on more than one thread is many times slower on a busy machine.
     with clock, threadpool_limits(1, user_api="blas"):
         body = body_of(recording, body)
         use_root = uses_root(recording, options.root)
-        programs = compile_filter(recording, body, options, use_root)
+        programs = compile_filter(recording, body, options, use_root, sigma_points)
         meanwhile()
         rest = rest_pose(recording, body, options=options.rest, use_root=use_root)
-        run = prepare(recording, body, options, rest, use_root)
+        run = prepare(recording, body, options, rest, use_root, sigma_points)
         estimates, statistics, remarks = run_filter(run, options, progress, programs)
     q = np.concatenate([e.q for e in estimates])[: len(run.time)].astype(float)
     v = np.concatenate([e.v for e in estimates])[: len(run.time)].astype(float)
@@ -97,7 +106,7 @@ def run_ekf(
         trajectory=Trajectory(np.asarray(run.time), q, v),
         body=body,
         status=_status(q, options),
-        method=SMOOTHER if options.smooth else FILTER,
+        method=_method(options, sigma_points),
         setup=recording.setup,
         remarks=(
             *rest.remarks,
@@ -111,7 +120,7 @@ def run_ekf(
         seconds_compile=clock.seconds,
         statistics=statistics,
         innovations=run.statistics.normalised,
-        options=_option_record(options),
+        options=_option_record(options, sigma_points),
         **_calibration(rest),  # type: ignore[arg-type]
     )
 
@@ -130,7 +139,7 @@ def run_filter(
     starts: list[State] = []
     beliefs: deque[State] = deque(maxlen=_kept_chunks(run))
     passes = 2 if options.smooth else 1
-    bar = tqdm(total=passes * len(run.time), unit="frame", desc="ekf", disable=not progress)
+    bar = tqdm(total=passes * len(run.time), unit="frame", desc=_name(run), disable=not progress)
     with bar:
         wait_for(programs[:1])
         for frames in run.chunks:
@@ -184,6 +193,16 @@ def _smooth(
     return estimates[::-1]
 
 
+def _name(run: FilterRun) -> str:
+    return FILTER if run.model.sigma_points is None else UNSCENTED_FILTER
+
+
+def _method(options: EkfOptions, sigma_points: SigmaPoints | None) -> str:
+    if sigma_points is None:
+        return SMOOTHER if options.smooth else FILTER
+    return UNSCENTED_SMOOTHER if options.smooth else UNSCENTED_FILTER
+
+
 def _status(q: np.ndarray, options: EkfOptions) -> Status:
     if not np.isfinite(q).all():
         return Status.DIVERGED
@@ -202,7 +221,9 @@ def _calibration(rest: RestEstimate) -> dict[str, dict[str, np.ndarray]]:
     return {"calibration": values, "calibration_std": deviations}
 
 
-def _option_record(options: EkfOptions) -> dict[str, object]:
+def _option_record(options: EkfOptions, sigma_points: SigmaPoints | None) -> dict[str, object]:
     record = dataclasses.asdict(options)
+    if sigma_points is not None:
+        record |= {f"sigma_points_{k}": v for k, v in dataclasses.asdict(sigma_points).items()}
     rest = record.pop("rest")
     return record | {f"rest_{key}": value for key, value in rest.items()}

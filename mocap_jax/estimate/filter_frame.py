@@ -13,7 +13,17 @@ from jaxtyping import Float, Int
 from mocap_jax import so3
 from mocap_jax.body import Body
 from mocap_jax.estimate.pose_manifold import pose_manifold
-from mocap_jax.kalman import Dynamics, Innovation, Process, State, predict, update
+from mocap_jax.kalman import (
+    Dynamics,
+    Innovation,
+    Process,
+    SigmaPoints,
+    State,
+    predict,
+    predict_unscented,
+    update,
+    update_unscented,
+)
 from mocap_jax.measurement import predict as readings
 from mocap_jax.measurement.chain import Chain, chain, site_state
 
@@ -29,6 +39,10 @@ class FilterModel(NamedTuple):
     range_sites: tuple[int, ...]
     """Sites that take part in ranges."""
     range_gate: float
+    range_facing: bool = True
+    """Leave out ranges whose receiver is behind the source at the estimated pose."""
+    sigma_points: SigmaPoints | None = None
+    """Of the unscented filter; None: derivatives, as in the extended one."""
 
 
 class Parameters(NamedTuple):
@@ -76,7 +90,12 @@ def filter_frame(
     compiled once.
     """
     manifold = pose_manifold(body.topology)
-    moved = predict(manifold, model.process, parameters.dynamics, state)
+    if model.sigma_points is None:
+        moved = predict(manifold, model.process, parameters.dynamics, state)
+    else:
+        moved = predict_unscented(
+            manifold, model.process, parameters.dynamics, state, model.sigma_points
+        )
     current = _choose(frame.first, state, moved)
     branches = [_taking_in(kind, body, model, parameters, frame) for kind in model.kinds]
 
@@ -100,10 +119,21 @@ def _taking_in(
 ) -> _Branch:
     """The update by one kind of measurement."""
     gate = model.range_gate if kind == "D" else 0.0
+    manifold, terms_of = pose_manifold(body.topology), _TERMS[kind]
+
+    def residual(state: State) -> Array:
+        c = chain(body, state.q, state.v, state.a)
+        return terms_of(body, model, parameters, c, state, frame)[1]
 
     def branch(c: Chain, state: State, innovations: dict[str, Innovation]) -> _Carry:
-        terms = _TERMS[kind](body, model, parameters, c, state, frame)
-        state, innovation = update(pose_manifold(body.topology), state, *terms, gate=gate)
+        terms = terms_of(body, model, parameters, c, state, frame)
+        if model.sigma_points is None:
+            state, innovation = update(manifold, state, *terms, gate=gate)
+        else:
+            state, innovation = update_unscented(
+                manifold, state, residual, *terms[2:], points=model.sigma_points, gate=gate,
+                columns=_DERIVATIVES[kind] * body.nv,
+            )  # fmt: skip
         return state, innovations | {kind: innovation}
 
     return branch
@@ -182,7 +212,7 @@ def _vectors(residual: Array, jacobian: Array, variance: Array, active: Array) -
 def _range(
     body: Body, model: FilterModel, p: Parameters, c: Chain, state: State, frame: FrameInput
 ) -> _Terms:
-    """Ranges of the interval before the frame; a receiver behind its source counts as absent."""
+    """Ranges of the interval before the frame; a receiver behind its source may count as absent."""
     heard = (frame.range_weight > 0) & jnp.isfinite(frame.range_distance) & frame.valid
     measured = jnp.where(heard, frame.range_distance, 1.0)
     predicted = readings.distance(
@@ -194,7 +224,7 @@ def _range(
         frame.range_lead * p.dynamics.step,
         measured / p.speed_of_sound,
     )
-    active = heard & (predicted.cosine > 0)
+    active = heard & (predicted.cosine > 0) if model.range_facing else heard
     sigma = p.range_sigma / jnp.where(heard, frame.range_weight, 1.0)
     return predicted.jacobian, measured - predicted.value, sigma**2, active
 
@@ -215,4 +245,6 @@ def _root(
     return jacobian, residual, p.root_sigma**2, active
 
 
+# Poses alone, poses and velocities, or accelerations as well are what a kind depends on.
+_DERIVATIVES = {"O": 1, "R": 1, "G": 2, "A": 3, "D": 3}
 _TERMS = {"O": _orientation, "G": _rate, "A": _specific_force, "D": _range, "R": _root}

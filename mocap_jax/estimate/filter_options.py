@@ -14,12 +14,14 @@ _ROOTS = ("auto", "given", "free")
 
 @dataclass(frozen=True)
 class EkfOptions:
-    """Options of `ekf`."""
+    """Options of `ekf` and `ukf`."""
 
     kinds: str = "AGDO"
     """Measurements to use: A accelerometers, G gyroscopes, D distances, O orientations."""
     root: Literal["auto", "given", "free"] = "auto"
     """Use the measured root pose (`auto`: when the recording has one)."""
+    rate_hz: float | None = None
+    """Frame grid; default the highest inertial rate (120 Hz without inertial data)."""
     process: Literal["white_jerk", "paper", "euler"] = "white_jerk"
     """Dynamics; `paper` puts noise on the acceleration only, `euler` steps as eq. 1 is printed."""
     joint_jerk_density: float = 1e4
@@ -62,6 +64,10 @@ class EkfOptions:
     range_gate: float = 4.0
     """Ranges whose innovation exceeds this many standard deviations are trusted less (multipath);
     0 switches it off."""
+    range_facing: bool = True
+    """Leave out ranges whose receiver is behind the source at the estimated pose (w_a of Vlasic
+    2007, section 4.1). Off where sources radiate all around, or where the data hardly tell which
+    way they face."""
     velocity_sigma: float = 3.0
     """Prior of joint and root velocities at the first frame, when it is not at rest
     [rad/s, m/s]."""

@@ -18,7 +18,7 @@ from mocap_jax.estimate.innovation_statistics import InnovationStatistics
 from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.shared_joints import shared_joints
 from mocap_jax.initialise import RestEstimate
-from mocap_jax.kalman import Dynamics, State, butterworth_rate, process_noise
+from mocap_jax.kalman import Dynamics, SigmaPoints, State, butterworth_rate, process_noise
 from mocap_jax.measurement import gather
 from mocap_jax.recording import Recording
 
@@ -39,12 +39,21 @@ class FilterRun(NamedTuple):
 
 
 def prepare(
-    recording: Recording, body: Body, options: EkfOptions, rest: RestEstimate, use_root: bool
-) -> FilterRun:
+    recording: Recording, body: Body, options: EkfOptions, rest: RestEstimate, use_root: bool,
+    sigma_points: SigmaPoints | None = None,
+) -> FilterRun:  # fmt: skip
     """Bring a recording, a body and options to what the loops take."""
-    data = gather(recording, body, kinds=options.kinds, root=use_root)
+    data = gather(recording, body, kinds=options.kinds, root=use_root, rate_hz=options.rate_hz)
     chunks, kinds, range_sites = filter_data(data, rest, options)
-    model = FilterModel(options.process, kinds, data.sites, range_sites, options.range_gate)
+    model = FilterModel(
+        options.process,
+        kinds,
+        data.sites,
+        range_sites,
+        options.range_gate,
+        options.range_facing,
+        sigma_points,
+    )
     dtype = jnp.dtype(options.dtype)
     cast = lambda x: (  # noqa: E731
         jnp.asarray(x, dtype) if np.issubdtype(np.asarray(x).dtype, np.floating) else x

@@ -122,6 +122,8 @@ class NoiseOptions:
     """Robust loss of ultrasonic ranges (multipath)."""
     range_scale: float = 3.0
     """Its threshold, in standard deviations."""
+    range_facing: bool = True
+    """Leave out ranges whose receiver is behind the source (`EkfOptions.range_facing`)."""
     range_mu: tuple[float, ...] = (16.0, 4.0, 1.0)
     """Graduation of `geman_mcclure` over the rounds (Yang et al. 2020)."""
 

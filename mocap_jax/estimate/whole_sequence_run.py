@@ -146,7 +146,8 @@ class Run:
         return changed
 
     def _information(self, state: State, repeats: float) -> dict[str, np.ndarray]:
-        gate = self.problem.gate(state) if self.built.layout.use_range else None
+        facing = self.built.layout.use_range and self.options.noise.range_facing
+        gate = self.problem.gate(state) if facing else None
         free = 6 if self.body.has_free_root else 0
         return information(self.built, gate, self.levels, repeats, free=free)
 

@@ -267,8 +267,8 @@ class _Problem:
         turned, turn_weight = self._turn_residual(R @ np.swapaxes(M, 1, 2))
         both = np.concatenate([residual, turned])
         weights = np.concatenate([weight, turn_weight if noisy else 0 * turn_weight])
-        rows = rows.reshape(2 * s, 3, -1) * weights[:, None, None]
-        return rows.reshape(6 * s, -1), (both * weights[:, None]).reshape(-1), weights
+        rows = rows.reshape(2 * s, 3, nv + 6 * s) * weights[:, None, None]
+        return rows.reshape(6 * s, nv + 6 * s), (both * weights[:, None]).reshape(-1), weights
 
     def _turn_residual(self, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rotation from the measured orientation to the predicted one, sensor frame."""

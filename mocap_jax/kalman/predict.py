@@ -102,17 +102,30 @@ def _away(manifold: Manifold, dynamics: Dynamics, state: State) -> Array:
     return jnp.where(jnp.asarray(dynamics.pull) > 0, away, 0.0)
 
 
-def predict(manifold: Manifold, process: Process, dynamics: Dynamics, state: State) -> State:
-    """Advance the belief by one step."""
-    nv, h = state.v.shape[0], dynamics.step
+def advance(manifold: Manifold, process: Process, dynamics: Dynamics, state: State) -> State:
+    """Mean one step later; the covariance stays as it is."""
+    h, a = dynamics.step, state.a
     u, _ = _step(process, state, h)
-    half = transition(manifold, process, dynamics, state, state.covariance)
-    P = transition(manifold, process, dynamics, state, half.T).reshape(3, nv, 3, nv)
-    here = jnp.arange(nv)
-    P = P.at[:, here, :, here].add(jnp.moveaxis(dynamics.noise, -1, 0)).reshape(3 * nv, 3 * nv)
-    a = state.a
     if dynamics.pull is not None:
         w = dynamics.pull
         away = _away(manifold, dynamics, state)
         a = a - h * (2 * w * a + 2 * w**2 * state.v + w**3 * away)
-    return State(manifold.retract(state.q, u), state.v + h * state.a, a, 0.5 * (P + P.T))
+    return State(manifold.retract(state.q, u), state.v + h * state.a, a, state.covariance)
+
+
+def with_noise(dynamics: Dynamics, P: Float[Array, "3*nv 3*nv"]) -> Float[Array, "3*nv 3*nv"]:
+    """Covariance with that of a step's noise added, made symmetric."""
+    nv = dynamics.noise.shape[-1]
+    here = jnp.arange(nv)
+    blocks = P.reshape(3, nv, 3, nv)
+    blocks = blocks.at[:, here, :, here].add(jnp.moveaxis(dynamics.noise, -1, 0))
+    P = blocks.reshape(3 * nv, 3 * nv)
+    return 0.5 * (P + P.T)
+
+
+def predict(manifold: Manifold, process: Process, dynamics: Dynamics, state: State) -> State:
+    """Advance the belief by one step."""
+    half = transition(manifold, process, dynamics, state, state.covariance)
+    P = transition(manifold, process, dynamics, state, half.T)
+    moved = advance(manifold, process, dynamics, state)
+    return moved._replace(covariance=with_noise(dynamics, P))

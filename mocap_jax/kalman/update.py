@@ -50,9 +50,29 @@ def correct(
     columns = H.shape[1]
     H = jnp.where(active[:, None], H, 0.0)
     residual = jnp.where(active, residual, 0.0)
-    variance = jnp.where(active, variance, 1.0)
     W = P[:, :columns] @ H.T
-    HPH = H @ W[:columns]
+    return correct_by_moments(P, W, H @ W[:columns], residual, variance, active, gate)
+
+
+def correct_by_moments(
+    P: Float[Array, "n n"],
+    W: Float[Array, "n m"],
+    HPH: Float[Array, "m m"],
+    residual: Float[Array, "m"],
+    variance: Float[Array, "m"],
+    active: Bool[Array, "m"],
+    gate: float = 0.0,
+) -> tuple[Float[Array, "n"], Float[Array, "n n"], Innovation]:
+    """`correct`, given the prior's covariance with what is measured and that of the latter.
+
+    Args:
+        P: prior covariance.
+        W: its covariance with the true values of what is measured; zero where not active.
+        HPH: covariance of these values; zero where not active.
+        residual: measured minus predicted; zero where not active.
+        variance, active, gate: as in `correct`.
+    """
+    variance = jnp.where(active, variance, 1.0)
     spread = jnp.diagonal(HPH) + variance
     whitened = residual / jnp.sqrt(spread)
     if gate > 0:

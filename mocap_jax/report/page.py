@@ -33,6 +33,8 @@ from mocap_jax.solution import Solution, stated_determination
 _METHOD_NAMES = {
     "ekf": "Kalman filter",
     "ekf_smoothed": "Kalman smoother",
+    "ukf": "Unscented Kalman filter",
+    "ukf_smoothed": "Unscented Kalman smoother",
     "optimise": "Optimiser",
     "orientation": "Orientations only",
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mocap_jax.solution import Solution
-from mocap_jax.solution.methods import FILTERS, SMOOTHER
+from mocap_jax.solution.methods import FILTERS, SMOOTHERS
 
 KINDS = ("accelerometer", "gyroscope", "orientation", "magnetometer")
 
@@ -21,7 +21,7 @@ def statistic_sources(solutions: dict[str, Solution]) -> dict[str, Solution]:
         filtered = solution.method in FILTERS
         if filtered and any(s.statistics == solution.statistics for s in out.values()):
             continue
-        smoothed = solution.method == SMOOTHER
+        smoothed = solution.method in SMOOTHERS
         what = "forward pass, innovations" if smoothed else "innovations"
         out[f"{name}: {what if filtered else 'residuals'}"] = solution
     return out

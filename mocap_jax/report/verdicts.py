@@ -11,7 +11,7 @@ from mocap_jax.metrics import ErrorTable, coverage, joint_consistency, nees
 from mocap_jax.recording import Recording
 from mocap_jax.report.tables import Row, Table, number
 from mocap_jax.solution import Solution
-from mocap_jax.solution.methods import FILTER, SMOOTHER
+from mocap_jax.solution.methods import FILTER_OF
 
 # Two errors that differ by less than this share are called equal.
 _EQUAL = 0.01
@@ -91,10 +91,11 @@ def _filters_of_smoothers(solutions: dict[str, Solution]) -> dict[str, str]:
     """Smoothers by name, each with the filter it was made from: that of the same innovations."""
     out = {}
     for name, smoothed in solutions.items():
-        if smoothed.method != SMOOTHER:
+        if smoothed.method not in FILTER_OF:
             continue
+        own = FILTER_OF[smoothed.method]
         for other, filtered in solutions.items():
-            if filtered.method == FILTER and filtered.statistics == smoothed.statistics:
+            if filtered.method == own and filtered.statistics == smoothed.statistics:
                 out[name] = other
                 break
     return out

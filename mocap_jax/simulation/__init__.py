@@ -7,10 +7,10 @@ from mocap_jax.simulation.named_suits import SUITS, VALIDATION, named_suit
 from mocap_jax.simulation.options import SimulationOptions
 from mocap_jax.simulation.profiles import PROFILES, Profile
 from mocap_jax.simulation.simulate import simulate
-from mocap_jax.simulation.suit import Mounting, Suit
+from mocap_jax.simulation.suit import Anchor, Mounting, Suit
 from mocap_jax.simulation.suit_file import load_suit, save_suit
 
 __all__ = [
-    "PROFILES", "SUITS", "VALIDATION", "Mounting", "Profile", "SimulationOptions", "Suit",
+    "PROFILES", "SUITS", "VALIDATION", "Anchor", "Mounting", "Profile", "SimulationOptions", "Suit",
     "default_suit", "earth_field", "load_suit", "mount", "named_suit", "save_suit", "simulate",
 ]  # fmt: skip

@@ -90,7 +90,7 @@ def trace(
     source = np.arange(count) % len(rig.source_sites)
     origin, axis, outward, occluded = _emissions(rig, spline.pose(time), source)
     path = _microphone_paths(rig, spline)
-    flight = np.zeros((count, len(rig.board_sites)))
+    flight = np.zeros((count, len(rig.microphone_sites)))
     for _ in range(_FIXED_POINT_STEPS):
         way = _at_arrival(path, np.minimum(time[:, None] + flight, spline.end)) - origin[:, None]
         distance = np.linalg.norm(way, axis=2)
@@ -104,10 +104,10 @@ def _microphone_paths(rig: Rig, spline: PoseSpline) -> BSpline:
     """Spline of the positions of all microphones, shape (t, r, 3)."""
     count = int(np.ceil((spline.end - spline.start) * _PATH_RATE)) + 1
     time = np.linspace(spline.start, spline.end, max(count, 8))
-    positions = np.empty((len(time), len(rig.board_sites), 3))
+    positions = np.empty((len(time), len(rig.microphone_sites), 3))
     for i, q in enumerate(spline.pose(time)):
         place(rig, q)
-        positions[i] = rig.data.site_xpos[rig.board_sites]
+        positions[i] = rig.data.site_xpos[rig.microphone_sites]
     return make_interp_spline(time, positions, k=5)
 
 
@@ -124,7 +124,7 @@ def _emissions(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Origin and axis of each pulse, axes of the microphones, and which of them the body hides."""
     model, data = rig.model, rig.data
-    receivers = len(rig.board_sites)
+    receivers = len(rig.microphone_sites)
     origin, axis = np.empty((len(poses), 3)), np.empty((len(poses), 3))
     occluded = np.zeros((len(poses), receivers), bool)
     outward = np.empty((len(poses), receivers, 3))
@@ -135,8 +135,8 @@ def _emissions(
         origin[i] = data.site_xpos[site]
         axis[i] = data.site_xmat[site].reshape(3, 3)[:, 2]
         start = origin[i] + _RAY_CLEARANCE * axis[i]
-        outward[i] = data.site_xmat[rig.board_sites].reshape(-1, 3, 3)[:, :, 2]
-        ray = data.site_xpos[rig.board_sites] + _RAY_CLEARANCE * outward[i] - start
+        outward[i] = data.site_xmat[rig.microphone_sites].reshape(-1, 3, 3)[:, :, 2]
+        ray = data.site_xpos[rig.microphone_sites] + _RAY_CLEARANCE * outward[i] - start
         length = np.linalg.norm(ray, axis=1)
         ray /= np.maximum(length, 1e-9)[:, None]
         mujoco.mj_multiRay(

@@ -10,14 +10,14 @@ from mocap_jax.body import Body, load_body
 from mocap_jax.body.mjcf_text import numbers
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.motion import xsens_name
-from mocap_jax.simulation.suit import SOURCE_PREFIX, Mounting, Suit
+from mocap_jax.simulation.suit import SOURCE_PREFIX, Anchor, Mounting, Suit
 
 # Radius of a capsule made for a bare segment, as a share of its length, and its bounds [m].
 _SLENDERNESS, _THINNEST, _THICKEST = 0.15, 0.02, 0.10
 
 
 def mount(body: Body, suit: Suit) -> Body:
-    """Body with a site for every board (`<name>`) and every source (`source/<name>`).
+    """Body with a site for every board, source (`source/...`) and anchor (`anchor/...`).
 
     The MJCF text itself is edited: MuJoCo's own writer rounds numbers.
 
@@ -32,6 +32,9 @@ def mount(body: Body, suit: Suit) -> Body:
         _add_site(by_name, device, device.name, taken)
     for device in suit.sources:
         _add_site(by_name, device, SOURCE_PREFIX + device.name, taken)
+    world = tree.find("worldbody")
+    for anchor in suit.anchors:
+        _place_site(world, anchor, anchor.site, taken)
     return load_body(ElementTree.tostring(tree, encoding="unicode"))
 
 
@@ -78,10 +81,16 @@ def _add_site(
 ) -> None:
     if device.segment not in elements:
         raise unknown_name(f"segment for '{site}':", device.segment, elements)
+    _place_site(elements[device.segment], device, site, taken)
+
+
+def _place_site(
+    parent: ElementTree.Element | None, device: Mounting | Anchor, site: str, taken: set[str]
+) -> None:
     if site in taken:
         raise InputError(f"site '{site}' exists already: two devices of one name, or worn twice")
     taken.add(site)
+    assert parent is not None  # every model that loads has a world
     ElementTree.SubElement(
-        elements[device.segment], "site", name=site, pos=numbers(device.position),
-        quat=numbers(device.orientation),
-    )  # fmt: skip
+        parent, "site", name=site, pos=numbers(device.position), quat=numbers(device.orientation)
+    )

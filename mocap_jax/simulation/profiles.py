@@ -114,6 +114,11 @@ class Profile:
     """Relative."""
     source_offset: float = 0.0
     """Constant error of each source's ranges [m]."""
+    anchor_position: float = 0.0
+    """Survey error of each anchor, per axis [m]."""
+    anchor_temperature: float = 0.0
+    """Error of each receiving anchor's thermometer, by which it turns times of flight into
+    distances [K]."""
     multipath: float = 0.0
     """Share of pulses whose echo is taken for the direct sound."""
     loss: float = 0.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mocap_jax.recording import RangeStream
+from mocap_jax.signals.ultrasonic.air import temperature
 from mocap_jax.simulation.flight import Flights, fly
 from mocap_jax.simulation.hearing import HeardRanges, hear
 from mocap_jax.simulation.options import SimulationOptions
@@ -12,7 +13,9 @@ from mocap_jax.simulation.profiles import Profile
 from mocap_jax.simulation.random_streams import stream
 from mocap_jax.simulation.rig import Rig
 from mocap_jax.simulation.spline import PoseSpline
-from mocap_jax.simulation.suit import Suit
+from mocap_jax.simulation.suit import SOURCE_PREFIX, Suit
+
+_KELVIN = 273.15
 
 
 def sample_ranges(
@@ -29,7 +32,7 @@ def sample_ranges(
     """
     speed = true_speed(profile, options, seed)
     parameters = {"speed_of_sound": np.array(speed)}
-    if not suit.sources:
+    if not suit.source_sites:
         return None, parameters
     # The last pulse must arrive before the motion ends.
     end = spline.end - options.max_range_m / speed - options.pulse_interval_s
@@ -39,7 +42,10 @@ def sample_ranges(
     offset = true_offsets(suit, profile, seed)
     parameters |= offset_parameters(suit, offset)
     heard = _detections(flights, profile, options, seed)
-    distance = heard.path * (options.speed_of_sound / speed) + offset[flights.source][:, None]
+    scale, degrees = _thermometers(suit, speed, profile, seed)
+    parameters |= degrees
+    distance = heard.path * (options.speed_of_sound / speed * scale)
+    distance = distance + offset[flights.source][:, None]
     if profile.white:
         noise = stream(seed, "range_noise").standard_normal(distance.shape)
         distance = distance + profile.stated.range * heard.jitter * noise
@@ -54,7 +60,7 @@ def sample_ranges(
         distance=distance[pulse, receiver],
         confidence=heard.confidence[pulse, receiver],
         source_names=suit.source_sites,
-        receiver_names=tuple(b.name for b in suit.boards),
+        receiver_names=suit.receiver_names,
     )
     return ranges, parameters
 
@@ -65,14 +71,29 @@ def true_speed(profile: Profile, options: SimulationOptions, seed: int) -> float
     return options.speed_of_sound * (1.0 + profile.speed_of_sound * error)
 
 
+def _thermometers(
+    suit: Suit, speed: float, profile: Profile, seed: int
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """What wrong thermometers scale each receiver's distances by (r,), and their errors [K]."""
+    kelvin = float(temperature(speed)) + _KELVIN
+    errors = {
+        name: profile.anchor_temperature * stream(seed, f"thermometer/{name}").standard_normal()
+        for name in suit.listening_anchors
+    }
+    scale = [np.sqrt(1 + errors.get(name, 0.0) / kelvin) for name in suit.receiver_names]
+    return np.array(scale), {f"anchor_temperature/{n}": np.array(e) for n, e in errors.items()}
+
+
 def true_offsets(suit: Suit, profile: Profile, seed: int) -> np.ndarray:
     """Constant error of each source's ranges [m]."""
-    return profile.source_offset * stream(seed, "source_offset").standard_normal(len(suit.sources))
+    count = len(suit.source_sites)
+    return profile.source_offset * stream(seed, "source_offset").standard_normal(count)
 
 
 def offset_parameters(suit: Suit, offset: np.ndarray) -> dict[str, np.ndarray]:
     """These errors by name."""
-    return {f"source_offset/{s.name}": x for s, x in zip(suit.sources, offset, strict=True)}
+    names = (s.removeprefix(SOURCE_PREFIX) for s in suit.source_sites)
+    return {f"source_offset/{name}": x for name, x in zip(names, offset, strict=True)}
 
 
 def _detections(

@@ -24,6 +24,8 @@ class Rig:
     topology: Topology
     board_sites: np.ndarray
     source_sites: np.ndarray
+    microphone_sites: np.ndarray
+    """Of the boards, then of the anchors that receive."""
     coordinates: np.ndarray
     """Indices of the body's own q in the model's qpos."""
     tissue_coordinates: np.ndarray
@@ -32,14 +34,16 @@ class Rig:
 
 
 def build_rig(
-    body: Body, boards: tuple[str, ...], sources: tuple[str, ...], *, soft_tissue: bool = False
-) -> Rig:
+    body: Body, boards: tuple[str, ...], sources: tuple[str, ...],
+    anchors: tuple[str, ...] = (), *, soft_tissue: bool = False,
+) -> Rig:  # fmt: skip
     """Compile a body with an accelerometer and a gyroscope at every board's site.
 
     Args:
         body: the true body.
         boards: site names of the boards.
         sources: site names of the ultrasonic sources.
+        anchors: site names of the receivers in the world.
         soft_tissue: put three slides and a ball joint between each board and its segment.
     """
     spec = mujoco.MjSpec.from_string(body.xml)
@@ -73,6 +77,7 @@ def build_rig(
         topology,
         id_of(worn, mujoco.mjtObj.mjOBJ_SITE),
         id_of(sources, mujoco.mjtObj.mjOBJ_SITE),
+        id_of([*worn, *anchors], mujoco.mjtObj.mjOBJ_SITE),
         coordinates,
         model.jnt_qposadr[loose][:, None] + np.arange(7) if soft_tissue else np.zeros((0, 7), int),
     )

@@ -54,7 +54,9 @@ def simulate(
     turned: tuple[dict, dict] = ({}, {})
     if options.orientations:
         turned = sample_orientations(rig, spline, boards, time, errs, seed)
-    inertial, more = sample_inertial(rig, spline, boards, time, errs, seed, turned[0])
+    inertial, more = (
+        sample_inertial(rig, spline, boards, time, errs, seed, turned[0]) if boards else ({}, {})
+    )
     magnetic: tuple[dict, dict] = ({}, {})
     if options.magnetic_field is not None:
         magnetic = sample_magnetic(rig, spline, boards, time, options.magnetic_field, errs, seed)

@@ -85,8 +85,11 @@ def _dressed(body: Body, suit: Suit | None) -> tuple[Body, Suit]:
     """The nominal body with its suit on."""
     bare = with_shapes(body)
     suit = default_suit(bare) if suit is None else suit
-    if not suit.boards:
-        raise InputError("the suit has no boards; at least one is needed")
+    if not suit.boards and not (suit.source_sites and suit.receiver_names):
+        raise InputError(
+            "the suit has no boards; at least one is needed, or a source and an anchor that hears "
+            "it"
+        )
     return mount(bare, suit), suit
 
 
@@ -113,11 +116,11 @@ def _worn(
 ) -> tuple[Rig, PoseSpline]:
     """The rig and its motion; on soft tissue, boards move on their segments."""
     boards = tuple(b.name for b in suit.boards)
-    rig = build_rig(body, boards, suit.source_sites)
+    rig = build_rig(body, boards, suit.source_sites, suit.listening_anchors)
     spline = PoseSpline(rig.topology, performance.time, performance.q)
     if not profile.tissue_frequency:
         return rig, spline
-    loose = build_rig(body, boards, suit.source_sites, soft_tissue=True)
+    loose = build_rig(body, boards, suit.source_sites, suit.listening_anchors, soft_tissue=True)
     q = np.zeros((len(performance.q), loose.model.nq))
     q[:, loose.coordinates] = performance.q
     q[:, loose.tissue_coordinates] = wobble(rig, spline, performance.time, boards, profile, seed)

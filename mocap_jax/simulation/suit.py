@@ -1,10 +1,11 @@
-"""`Suit`: which boards and ultrasonic sources are worn, and where on which segment."""
+"""`Suit`: which boards and ultrasonic sources are worn, and which anchors stand in the world."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 SOURCE_PREFIX = "source/"
+ANCHOR_PREFIX = "anchor/"
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,25 @@ class Mounting:
 
 
 @dataclass(frozen=True)
+class Anchor:
+    """One ultrasonic device fixed in the world."""
+
+    name: str
+    """Without the `anchor/` of its site."""
+    position: tuple[float, float, float]
+    """In the world [m]."""
+    orientation: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    """R_world_anchor (wxyz); z is the axis of emission or reception."""
+    emits: bool = False
+    """A source; otherwise a receiver."""
+
+    @property
+    def site(self) -> str:
+        """Name of its site."""
+        return ANCHOR_PREFIX + self.name
+
+
+@dataclass(frozen=True)
 class Suit:
     """Boards (each an accelerometer, a gyroscope and a microphone) and ultrasonic sources."""
 
@@ -31,7 +51,26 @@ class Suit:
     omitted: tuple[str, ...] = ()
     """Devices of a standard layout that the body has no segment for, one sentence each."""
 
+    anchors: tuple[Anchor, ...] = ()
+    """Receivers and sources that stand in the world."""
+
+    @property
+    def worn_sites(self) -> tuple[str, ...]:
+        """Site names of what is worn: boards, then sources."""
+        return (*(b.name for b in self.boards), *(SOURCE_PREFIX + s.name for s in self.sources))
+
     @property
     def source_sites(self) -> tuple[str, ...]:
-        """Site names of the sources, in firing order."""
-        return tuple(SOURCE_PREFIX + s.name for s in self.sources)
+        """Site names of the sources, in firing order; anchors come last."""
+        worn = tuple(SOURCE_PREFIX + s.name for s in self.sources)
+        return worn + tuple(a.site for a in self.anchors if a.emits)
+
+    @property
+    def listening_anchors(self) -> tuple[str, ...]:
+        """Site names of the anchors that receive."""
+        return tuple(a.site for a in self.anchors if not a.emits)
+
+    @property
+    def receiver_names(self) -> tuple[str, ...]:
+        """Boards, then the anchors that receive."""
+        return tuple(b.name for b in self.boards) + self.listening_anchors

@@ -12,6 +12,11 @@
     position = [0.1, 0.0, 0.05]
     orientation = [0.7071067811865476, 0.0, 0.7071067811865476, 0.0]
 
+    [[anchors]]                              # ultrasonic, fixed in the world
+    name = "door"
+    position = [1.0, 0.0, 2.0]               # in the world [m]
+    emits = false                            # a receiver (the default) or a source
+
 `layout = "default"` at the top starts from the standard suit of the body instead, or from a suit of
 `SUITS` by its name; entries of the file are then added, replacing those of the same name.
 `[noise]` and `[calibration]` may stand in the same file (docs/setup_toml.md).
@@ -19,6 +24,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import os
 import tomllib
@@ -31,10 +37,11 @@ from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.motion import xsens_name
 from mocap_jax.simulation.default_suit import default_suit
 from mocap_jax.simulation.named_suits import SUITS, named_suit
-from mocap_jax.simulation.suit import SOURCE_PREFIX, Mounting, Suit
+from mocap_jax.simulation.suit import ANCHOR_PREFIX, SOURCE_PREFIX, Anchor, Mounting, Suit
 
 _KEYS = ("name", "segment", "position", "orientation")
-_TABLES = ("boards", "sources")
+_ANCHOR_KEYS = ("name", "position", "orientation", "emits")
+_TABLES = ("boards", "sources", "anchors")
 _ENTRIES = (*_TABLES, "layout", "noise", "calibration")
 _LAYOUTS = ("default", *SUITS)
 
@@ -57,31 +64,31 @@ def load_suit(path: str | os.PathLike[str], body: Body | None = None) -> Suit:
         entries = document.get(table, [])
         if not isinstance(entries, list) or not all(isinstance(e, dict) for e in entries):
             raise InputError(f"{path}: '{table}' must be written as [[{table}]] entries")
-        read = [_mounting(e, f"{path}: {table}[{i}]", body) for i, e in enumerate(entries)]
+        places = [f"{path}: {table}[{i}]" for i in range(len(entries))]
+        read = (
+            [_anchor(e, where) for e, where in zip(entries, places, strict=True)]
+            if table == "anchors"
+            else [_mounting(e, where, body) for e, where in zip(entries, places, strict=True)]
+        )
         names = [m.name for m in read]
         twice = next((n for n in names if names.count(n) > 1), None)
         if twice is not None:
             raise InputError(f"{path}: {table} '{twice}' is there twice; names must differ")
         kept = tuple(m for m in getattr(base, table) if m.name not in names)
         devices[table] = kept + tuple(read)
-    if not devices["boards"]:
-        raise InputError(f"{path}: no boards; write at least one [[boards]] entry")
-    return Suit(devices["boards"], devices["sources"], base.omitted)
+    suit = Suit(devices["boards"], devices["sources"], base.omitted, devices["anchors"])
+    if not suit.boards and not (suit.sources and suit.listening_anchors):
+        raise InputError(
+            f"{path}: no boards; write at least one [[boards]] entry, or [[sources]] and "
+            "[[anchors]]"
+        )
+    return suit
 
 
 def save_suit(path: str | os.PathLike[str], suit: Suit) -> None:
     """Write a suit as a set-up file that `load_suit` reads back to the last digit."""
     document = {
-        table: [
-            {
-                "name": m.name,
-                "segment": m.segment,
-                "position": list(m.position),
-                "orientation": list(m.orientation),
-            }
-            for m in getattr(suit, table)
-        ]
-        for table in _TABLES
+        table: [dataclasses.asdict(device) for device in getattr(suit, table)] for table in _TABLES
     }
     Path(path).write_text(tomli_w.dumps(document), encoding="utf-8")
 
@@ -110,13 +117,30 @@ def _base(document: dict[str, object], body: Body | None, path: object) -> Suit:
     return default_suit(body) if layout == "default" else named_suit(str(layout), body)
 
 
-def _mounting(entry: dict[str, object], where: str, body: Body | None) -> Mounting:
+def _anchor(entry: dict[str, object], where: str) -> Anchor:
+    _check_keys(entry, where, _ANCHOR_KEYS, ("name", "position"))
+    name, emits = entry["name"], entry.get("emits", False)
+    if not isinstance(name, str) or not name:
+        raise InputError(f"{where}: name must be text")
+    if not isinstance(emits, bool):
+        raise InputError(f"{where} '{name}': emits must be true or false")
+    position, turn = _pose(entry, where, name)
+    return Anchor(name.removeprefix(ANCHOR_PREFIX), position, turn, emits)
+
+
+def _check_keys(
+    entry: dict[str, object], where: str, valid: tuple[str, ...], needed: tuple[str, ...]
+) -> None:
     for key in entry:
-        if key not in _KEYS:
-            raise InputError(f"{where}: {unknown_name('key', key, _KEYS)}")
-    for key in ("name", "segment", "position"):
+        if key not in valid:
+            raise InputError(f"{where}: {unknown_name('key', key, valid)}")
+    for key in needed:
         if key not in entry:
-            raise InputError(f"{where}: '{key}' is missing; needed are name, segment, position")
+            raise InputError(f"{where}: '{key}' is missing; needed are {', '.join(needed)}")
+
+
+def _mounting(entry: dict[str, object], where: str, body: Body | None) -> Mounting:
+    _check_keys(entry, where, _KEYS, ("name", "segment", "position"))
     name, segment = entry["name"], entry["segment"]
     if not isinstance(name, str) or not name or not isinstance(segment, str):
         raise InputError(f"{where}: name and segment must be text")
@@ -124,6 +148,14 @@ def _mounting(entry: dict[str, object], where: str, body: Body | None) -> Mounti
         own = body.topology.body_names[1:]
         if segment not in own and segment not in {xsens_name(n) for n in own}:
             raise InputError(f"{where} '{name}': {unknown_name('segment', segment, own)}")
+    position, turn = _pose(entry, where, name)
+    return Mounting(name.removeprefix(SOURCE_PREFIX), segment, position, turn)
+
+
+def _pose(
+    entry: dict[str, object], where: str, name: str
+) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
+    """Position, and orientation of unit length."""
     position = _numbers(entry["position"], 3, f"{where} '{name}': position")
     turn = _numbers(entry.get("orientation", [1.0, 0.0, 0.0, 0.0]), 4, f"{where}: orientation")
     length = math.hypot(*turn)
@@ -136,7 +168,7 @@ def _mounting(entry: dict[str, object], where: str, body: Body | None) -> Mounti
         turn = tuple(x / length for x in turn)
     x, y, z = position
     qw, qx, qy, qz = turn
-    return Mounting(name.removeprefix(SOURCE_PREFIX), segment, (x, y, z), (qw, qx, qy, qz))
+    return (x, y, z), (qw, qx, qy, qz)
 
 
 def _numbers(value: object, count: int, where: str) -> tuple[float, ...]:

@@ -25,7 +25,8 @@ def true_body(nominal: Body, suit: Suit, profile: Profile, seed: int) -> tuple[B
         The true body (the nominal one if nothing differs) and the true parameters:
         `segment_scale/<segment>`, and per device `mounting_rotation/<site>` (rotation vector with
         R_segment_true = R_segment_nominal exp(r) [rad]) and `mounting_position/<site>` (added to
-        the scaled position, in the segment's frame [m]).
+        the scaled position, in the segment's frame [m]). `anchor_position/<site>` is what an
+        anchor's true position differs from the stated one by [m].
     """
     lengths = stream(seed, "segment_length")
     names = nominal.topology.body_names[1:]
@@ -44,13 +45,17 @@ def true_body(nominal: Body, suit: Suit, profile: Profile, seed: int) -> tuple[B
         name = (numeric.get("name") or "").removeprefix(TIP_PREFIX)
         _scale_attribute(numeric, "data", scale.get(name, 1.0))
     sites = {e.get("name"): e for e in tree.iter("site")}
-    for site in (*(b.name for b in suit.boards), *suit.source_sites):
+    for anchor in suit.anchors:
+        shift = profile.anchor_position * stream(seed, f"survey/{anchor.site}").standard_normal(3)
+        sites[anchor.site].set("pos", numbers(np.array(anchor.position) + shift))
+        parameters[f"anchor_position/{anchor.site}"] = shift
+    for site in suit.worn_sites:
         turn, shift = _misplace(site, sites[site], profile, seed)
         parameters[f"mounting_rotation/{site}"] = turn
         parameters[f"mounting_position/{site}"] = shift
     unchanged = not (
         profile.segment_length or profile.mounting_rotation or profile.mounting_slide
-        or profile.mounting_depth
+        or profile.mounting_depth or (suit.anchors and profile.anchor_position)
     )  # fmt: skip
     if unchanged:
         return nominal, parameters

@@ -45,7 +45,7 @@ class Solution:
     body: Body
     status: Status
     method: str
-    """"ekf", "ekf_smoothed", "optimise", "orientation"."""
+    """One of `methods.FILTERS`, "optimise" or "orientation"."""
     setup: Setup
     remarks: tuple[str, ...] = ()
     """Sentences for the user: what was salvaged, what the data cannot determine, ..."""

@@ -63,7 +63,7 @@ def test_magnetometer_is_refused_by_name(refused, recording_file):
     refused(["reconstruct", recording_file, "--sensors", "A,G,M"], USAGE, "magnetometer")
 
 
-@pytest.mark.parametrize("method", ["ukf", "optimize"])
+@pytest.mark.parametrize("method", ["unscented", "optimize"])
 def test_unknown_method(refused, recording_file, method):
     refused(
         ["reconstruct", recording_file, "--method", method],
@@ -72,6 +72,7 @@ def test_unknown_method(refused, recording_file, method):
         method,
         "optimise",
         "ekf",
+        "ukf",
     )
 
 

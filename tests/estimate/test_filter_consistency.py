@@ -6,12 +6,13 @@ from functools import partial
 
 import jax
 import jax.numpy as jnp
+import pytest
 from synthetic import SENSORS, small_body
 
 from mocap_jax import so3
 from mocap_jax.body import Body, difference, retract, site_motion
 from mocap_jax.estimate.filter_frame import FilterModel, FrameInput, Parameters, filter_frame
-from mocap_jax.kalman import Dynamics, State, process_noise
+from mocap_jax.kalman import Dynamics, SigmaPoints, State, process_noise
 
 RUNS, FRAMES, RATE = 100, 120, 140.0
 ACCELEROMETER, GYROSCOPE, ROOT = 0.02, 0.002, (0.005, 0.01)
@@ -78,10 +79,11 @@ def _measure(body: Body, model: FilterModel, x: tuple, k: jax.Array, first: jax.
     )  # fmt: skip
 
 
-def test_errors_are_as_large_as_claimed() -> None:
+@pytest.mark.parametrize("points", [None, SigmaPoints()], ids=["extended", "unscented"])
+def test_errors_are_as_large_as_claimed(points: SigmaPoints | None) -> None:
     body = small_body()
     sites = tuple(body.site_index(s) for s in SENSORS)
-    model = FilterModel("white_jerk", "GAR", sites, (), 0.0)
+    model = FilterModel("white_jerk", "GAR", sites, (), 0.0, sigma_points=points)
     run = jax.jit(jax.vmap(partial(_nees, body, model, _parameters(body))))
     nees = run(jax.random.split(jax.random.PRNGKey(0), RUNS)) / body.nv
     assert nees.shape == (RUNS, FRAMES)

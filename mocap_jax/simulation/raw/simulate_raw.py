@@ -132,6 +132,11 @@ def simulate_raw(
             f"inertial_rate_hz {options.inertial_rate_hz:g}: telemetry has {FRAME_RATE_HZ:g} Hz"
         )
     stage = set_stage(motion, errs, seed, suit, options)
+    if stage.suit.anchors:
+        raise InputError(
+            f"anchors {', '.join(a.name for a in stage.suit.anchors)}: a driver box has wires of "
+            "boards only; simulate anchors without the raw waveform"
+        )
     if not stage.suit.sources:
         raise InputError("the suit has no ultrasonic sources; a raw recording needs at least one")
     time = sample_times(stage.duration, options.inertial_rate_hz)
