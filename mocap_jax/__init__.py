@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import differentiable as differentiable
     from mocap_jax.estimate import differentiable_ekf as differentiable_ekf
     from mocap_jax.estimate import ekf as ekf
+    from mocap_jax.estimate import joint_axes as joint_axes
     from mocap_jax.estimate import magnetic_heading as magnetic_heading
     from mocap_jax.estimate import optimise as optimise
     from mocap_jax.estimate import orientation_pass as orientation_pass
@@ -53,10 +54,14 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import sparse_options as sparse_options
     from mocap_jax.estimate import table1_options as table1_options
     from mocap_jax.initialise import Heading as Heading
+    from mocap_jax.initialise import JointFinding as JointFinding
+    from mocap_jax.initialise import JointOptions as JointOptions
     from mocap_jax.initialise import SensorCheck as SensorCheck
     from mocap_jax.initialise import calibrate_to_pose as calibrate_to_pose
     from mocap_jax.initialise import check_readings as check_readings
     from mocap_jax.initialise import check_sensors as check_sensors
+    from mocap_jax.initialise import find_joint as find_joint
+    from mocap_jax.initialise import joint_recording as joint_recording
     from mocap_jax.initialise import with_orientations as with_orientations
     from mocap_jax.io import export_motion as export_motion
     from mocap_jax.io import read_recording as read_recording
@@ -111,13 +116,13 @@ _HOME = {
         "ConstantsOptions", "ContactOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions",
         "OrientationPassOptions", "PriorOptions", "SingleImuOptions", "UserResidual",
         "absolute_position", "check_residual", "differentiable", "differentiable_ekf", "ekf",
-        "magnetic_heading", "optimise",
+        "joint_axes", "magnetic_heading", "optimise",
         "orientation_pass", "smooth_orientation", "sparse_options",
         "table1_options",
     ),
     "initialise": (
-        "Heading", "SensorCheck", "calibrate_to_pose", "check_readings", "check_sensors",
-        "with_orientations",
+        "Heading", "JointFinding", "JointOptions", "SensorCheck", "calibrate_to_pose",
+        "check_readings", "check_sensors", "find_joint", "joint_recording", "with_orientations",
     ),
     "io": (
         "export_motion", "read_recording", "read_solution", "write_recording", "write_solution",

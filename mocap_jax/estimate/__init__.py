@@ -6,6 +6,7 @@ from mocap_jax.estimate.contact.options import ContactOptions
 from mocap_jax.estimate.derivatives import differentiable, differentiable_ekf
 from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
+from mocap_jax.estimate.joint_axes import joint_axes
 from mocap_jax.estimate.magnetic_heading import magnetic_heading
 from mocap_jax.estimate.orientation_options import OrientationPassOptions
 from mocap_jax.estimate.orientation_pass import orientation_pass
@@ -28,7 +29,7 @@ __all__ = [
     "ConstantsOptions", "ContactOptions", "DerivativeReport", "EkfOptions", "NoiseOptions",
     "OptimiseOptions", "OrientationPassOptions", "PriorOptions", "SingleImuOptions",
     "SingleImuSolution", "UserResidual", "absolute_position", "check_residual", "differentiable",
-    "differentiable_ekf", "ekf", "magnetic_heading", "optimise",
+    "differentiable_ekf", "ekf", "joint_axes", "magnetic_heading", "optimise",
     "orientation_pass", "smooth_orientation", "sparse_options",
     "table1_options",
 ]  # fmt: skip

@@ -97,20 +97,41 @@ def _fit(
 ) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
     """Cost, both unit axes, and derivatives of the errors by them (n, 6)."""
     fit = least_squares(
-        lambda axes: _off_plane(axes, R, rate), np.concatenate([first, second]), method="trf",
-        max_nfev=60, x_scale=1.0,
+        lambda axes: _off_plane(axes, R, rate), np.concatenate([first, second]),
+        jac=lambda axes: _off_plane_by_axes(axes, R, rate), max_nfev=60,
     )  # fmt: skip
-    a, b = (v / np.linalg.norm(v) for v in fit.x.reshape(2, 3))
-    size = np.repeat([np.linalg.norm(v) for v in fit.x.reshape(2, 3)], 3)
-    return float(fit.cost), a, b, fit.jac * size
+    axes = np.concatenate([v / np.linalg.norm(v) for v in fit.x.reshape(2, 3)])
+    return float(fit.cost), axes[:3], axes[3:], _off_plane_by_axes(axes, R, rate)
 
 
-def _off_plane(axes: np.ndarray, R: np.ndarray, rate: np.ndarray) -> np.ndarray:
+def _off_plane(axes: np.ndarray, R: np.ndarray, rate: np.ndarray) -> Float[np.ndarray, "n"]:
     """Part of the relative rate across the plane of both axes [rad/s]."""
     a, b = (v / np.linalg.norm(v) for v in axes.reshape(2, 3))
     normal = np.cross(a, R @ b)
     size = np.maximum(np.linalg.norm(normal, axis=-1), _PARALLEL)
-    return np.einsum("ni,ni->n", rate, normal) / size
+    return (rate * normal).sum(-1) / size
+
+
+def _off_plane_by_axes(
+    axes: np.ndarray, R: np.ndarray, rate: np.ndarray
+) -> Float[np.ndarray, "n 6"]:
+    """Derivatives of `_off_plane`, by axes of any length."""
+    sizes = [np.linalg.norm(v) for v in axes.reshape(2, 3)]
+    a, b = (v / n for v, n in zip(axes.reshape(2, 3), sizes, strict=True))
+    other = R @ b
+    normal = np.cross(a, other)
+    size = np.linalg.norm(normal, axis=-1, keepdims=True)
+    off = (rate * normal).sum(-1, keepdims=True)
+    free = size > _PARALLEL
+    across = np.where(free, rate - off * normal / np.maximum(size, _PARALLEL) ** 2, rate)
+    across = across / np.maximum(size, _PARALLEL)
+    by_first = np.cross(other, across)
+    by_second = np.einsum("nji,nj->ni", R, np.cross(across, a))
+    parts = [
+        (d - (d @ v)[:, None] * v) / n
+        for d, v, n in zip((by_first, by_second), (a, b), sizes, strict=True)
+    ]
+    return np.concatenate(parts, axis=1)
 
 
 def _sign(axis: np.ndarray) -> float:

@@ -92,7 +92,7 @@ def _xml(finding: JointFinding, kind: JointKind) -> str:
 
 
 def _at_zero(finding: JointFinding, kind: JointKind) -> np.ndarray:
-    """Relative orientation at zero angles: that of the first sample, with a hinge's axes aligned."""
+    """Relative orientation at zero angles: the first sample's, with a hinge's axes aligned."""
     R = Rotation.from_quat(finding.relative[0], scalar_first=True)
     if kind == "hinge":
         assert finding.first_axis is not None and finding.second_axis is not None

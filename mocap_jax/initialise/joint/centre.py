@@ -5,9 +5,10 @@ With r the arm from a sensor to the joint, w its rate and f its specific force,
     f_joint = f + turn(w) r,    turn(w) r = w' x r + w x (w x r),
 
 and both sensors' f_joint differ by their relative orientation alone. Their norms need none (Seel,
-Schauer, Raisch 2012, IEEE CCA, 242-249): they make the start. Then, in each window, rates integrated
-from its start carry both forces to the frames there, which differ by one constant rotation; arms,
-biases and these rotations follow by Gauss-Newton, the rotations eliminated.
+Schauer, Raisch 2012, IEEE CCA, 242-249): they make the start. Then, in each window, integrated
+rates carry both forces to the frames at its start, which differ by one constant rotation; arms,
+biases, the clocks' difference and these rotations follow by Gauss-Newton, the rotations
+eliminated.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ _STEPS, _ENOUGH = 15, 1e-7
 _HUBER = 3.0
 # Median of the norm of three standard normal numbers.
 _MEDIAN = 1.538
-_ARMS, _CONSTANTS = 6, 18
+_ARMS, _CONSTANTS = 6, 19
 # About so many samples are enough for the start.
 _FEW = 1500
 
@@ -35,8 +36,9 @@ _FEW = 1500
 class Centre(NamedTuple):
     """Lever arms, biases and relative orientation."""
 
-    constants: Float[np.ndarray, "18"]
-    """Arms of both sensors [m], biases of gyroscopes [rad/s], of accelerometers [m/s^2]."""
+    constants: Float[np.ndarray, "19"]
+    """Arms of both sensors [m], biases of gyroscopes [rad/s], of accelerometers [m/s^2], and what
+    the second's stamps say less the first's [s]."""
     arm_covariance: Float[np.ndarray, "6 6"]
     """[m^2], from the scatter between windows."""
     arm_information: Float[np.ndarray, "6 6"]
@@ -57,7 +59,7 @@ class _Linear(NamedTuple):
     """Residuals and their derivatives, weighted: by constants and by the windows' rotations."""
 
     residual: Float[np.ndarray, "w m"]
-    constants: Float[np.ndarray, "w m 18"]
+    constants: Float[np.ndarray, "w m 19"]
     rotations: Float[np.ndarray, "w m 3"]
     variance: float
     weight: Float[np.ndarray, "w n"]
@@ -68,8 +70,9 @@ def joint_centre(pair: Pair, options: JointOptions) -> Centre:
     constants = np.concatenate([_arms_by_norm(pair), np.zeros(_CONSTANTS - _ARMS)])
     R_between = _first_rotations(pair, constants)
     sigma = np.repeat(
-        [options.arm_sigma, options.gyroscope_bias_sigma, options.accelerometer_bias_sigma], 6
-    )
+        [options.arm_sigma, options.gyroscope_bias_sigma, options.accelerometer_bias_sigma,
+         options.clock_sigma], [6, 6, 6, 1],
+    )  # fmt: skip
     for _ in range(_STEPS):
         linear = _linearise(pair, constants, R_between)
         H, g, back = _eliminate(linear)
@@ -83,9 +86,7 @@ def joint_centre(pair: Pair, options: JointOptions) -> Centre:
     return _result(pair, constants, R_between, sigma)
 
 
-def _result(
-    pair: Pair, constants: np.ndarray, R_between: np.ndarray, sigma: np.ndarray
-) -> Centre:
+def _result(pair: Pair, constants: np.ndarray, R_between: np.ndarray, sigma: np.ndarray) -> Centre:
     """Everything about the solution."""
     linear = _linearise(pair, constants, R_between)
     H, g, _ = _eliminate(linear)
@@ -146,11 +147,14 @@ def _first_rotations(pair: Pair, constants: np.ndarray) -> Float[np.ndarray, "w 
 
 def _carried(pair: Pair, constants: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rotations to the start, forces in the joint there (w, 2, n, 3), and levers there."""
-    arms, gyroscope, accelerometer = constants.reshape(3, 2, 3)
-    rate = pair.rate - gyroscope[None, :, None]
+    arms, gyroscope, accelerometer = constants[:-1].reshape(3, 2, 3)
+    shift = np.array([0.0, constants[-1]])[:, None, None]
+    moved = pair.rate + shift * pair.turn
+    rate = moved - gyroscope[None, :, None]
     R = _integrate(rate, pair.step)
-    K = R @ lever(rate, pair.turn)
-    own = np.einsum("wsnij,wsnj->wsni", R, pair.force - accelerometer[None, :, None])
+    K = R @ lever(rate, pair.turn + shift * pair.turn_slope)
+    felt = pair.force + shift * pair.force_slope - accelerometer[None, :, None]
+    own = np.einsum("wsnij,wsnj->wsni", R, felt)
     return R, own + np.einsum("wsnij,sj->wsni", K, arms), K
 
 
@@ -173,24 +177,28 @@ def _linearise(pair: Pair, constants: np.ndarray, R_between: np.ndarray) -> _Lin
     second = np.einsum("wij,wnj->wni", R_between, force[:, 1])
     residual = force[:, 0] - second
     drift = np.cumsum(R, axis=2) * pair.step
+    # Later readings are carried to the same frame, but for a rotation that is free anyway.
+    later = np.gradient(second, pair.step, axis=1)[..., None]
     derivative = np.concatenate(
         [
             K[:, 0], -to_first @ K[:, 1],
             _skew(force[:, 0]) @ drift[:, 0], -_skew(second) @ to_first @ drift[:, 1],
             -R[:, 0], to_first @ R[:, 1],
+            -later,
         ],
         axis=-1,
     )  # fmt: skip
     size = np.linalg.norm(residual, axis=-1)
     sigma = max(float(np.median(size[pair.known])) / _MEDIAN, 1e-9)
     weight = pair.known * np.minimum(1.0, _HUBER * sigma / np.maximum(size, 1e-12))
-    root = np.sqrt(weight)[..., None]
-    flat = lambda x: (x * root.reshape(root.shape + (1,) * (x.ndim - 3))).reshape(  # noqa: E731
-        len(x), -1, *x.shape[3:]
-    )
-    return _Linear(
-        flat(residual), flat(derivative), flat(_skew(second)), sigma**2, weight
-    )  # fmt: skip
+    parts = (_weighted(x, weight) for x in (residual, derivative, _skew(second)))
+    return _Linear(*parts, sigma**2, weight)
+
+
+def _weighted(rows: Float[np.ndarray, "w n 3 *g"], weight: Float[np.ndarray, "w n"]) -> np.ndarray:
+    """Rows times the roots of their weights, those of a window one after another (w, 3n, *g)."""
+    root = np.sqrt(weight).reshape(*weight.shape, *[1] * (rows.ndim - 2))
+    return (rows * root).reshape(len(rows), -1, *rows.shape[3:])
 
 
 def _eliminate(linear: _Linear) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

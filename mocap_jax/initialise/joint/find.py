@@ -43,7 +43,8 @@ def find_joint(
     pair = pair_of(recording, first, second, options)
     centre = joint_centre(pair, options)
     gyroscope_bias = centre.constants[6:12].reshape(2, 3)
-    rate = pair.rate - gyroscope_bias[None, :, None]
+    shift = np.array([0.0, centre.constants[-1]])[:, None, None]
+    rate = pair.rate + shift * pair.turn - gyroscope_bias[None, :, None]
     relative = relative_rate(centre.R_first_second, rate)
     relative = np.where(pair.known[..., None], relative, 0.0)
     motion = Motion(centre.R_first_second, relative, check_motion(relative, first, second))
@@ -58,20 +59,20 @@ def find_joint(
         second_axis=None if axes is None else axes.second,
         axis_std=None if axes is None else axes.std,
         time=pair.time.ravel(), relative=relative.as_quat(scalar_first=True),
-        start=_upright(centre, pair), gyroscope_bias=gyroscope_bias, residual=centre.residual,
+        start=_upright(centre, pair), gyroscope_bias=gyroscope_bias,
+        clock_offset=float(centre.constants[-1]), residual=centre.residual,
         explained=_explained(centre, pair),
     )  # fmt: skip
 
 
-def _kind(
-    motion: Motion, options: JointOptions
-) -> tuple[JointKind, Axes | None, dict[str, float]]:
+def _kind(motion: Motion, options: JointOptions) -> tuple[JointKind, Axes | None, dict[str, float]]:
     """The simplest joint that the relative rates allow."""
-    one, two = hinge_axes(motion), universal_axes(motion)
-    # Two axes explain whatever one does.
-    off = {"hinge": one.off, "universal": min(one.off, two.off)}
+    one = hinge_axes(motion)
+    off = {"hinge": one.off}
     if one.off < options.off_axis:
         return "hinge", one, off
+    two = universal_axes(motion)
+    off["universal"] = two.off
     if two.off < options.off_axis:
         return "universal", two, off
     return "ball", None, off
@@ -102,10 +103,19 @@ def _without(
     prior = directions.T @ directions
     rest = np.eye(6) - prior
     arms = centre.constants[:6]
-    # A scale error s makes lever arms wrong by s (accelerations) and 2 s (rates squared).
-    scale = np.kron(np.eye(2), np.ones((3, 3))) * np.outer(arms, arms) * 5 * options.scale_sigma**2
-    covariance = rest @ (centre.arm_covariance + scale) @ rest + options.arm_sigma**2 * prior
+    covariance = centre.arm_covariance + _by_scale(arms, options.scale_sigma)
+    covariance = rest @ covariance @ rest + options.arm_sigma**2 * prior
     return rest @ arms, covariance
+
+
+def _by_scale(arms: np.ndarray, sigma: float) -> Float[np.ndarray, "6 6"]:
+    """Covariance by errors of scale: of an arm s (accelerations) and 2 s (rates squared) along
+    itself, and s across itself, since axes have errors of their own."""
+    out = np.zeros((6, 6))
+    for at in (slice(0, 3), slice(3, 6)):
+        arm = arms[at]
+        out[at, at] = sigma**2 * (arm @ arm * np.eye(3) + 4 * np.outer(arm, arm))
+    return out
 
 
 def _upright(centre: Centre, pair: Pair) -> Float[np.ndarray, "4"]:

@@ -10,6 +10,8 @@ import numpy as np
 from jaxtyping import Float
 
 JointKind = Literal["hinge", "universal", "ball"]
+# Sensors that agree on less of the acceleration's variance hardly share a joint.
+_DOUBTFUL = 0.8
 _WORDS = {
     "hinge": "hinge (one axis)",
     "universal": "universal joint (two axes, one fixed on either side)",
@@ -25,8 +27,8 @@ class JointFinding:
     kind: JointKind
     """As far as the motion shows: a ball joint that turned about one axis only is found a hinge."""
     off_axis: Mapping[str, float]
-    """Share of the relative rate (root mean square) off the axes of the best hinge and the best
-    universal joint: small where the joint is one."""
+    """Share of the relative rate (root mean square) off the axis of the best `hinge` and, where it
+    is none, off the axes of the best `universal` joint: small where the joint is one."""
     first_arm: Float[np.ndarray, "3"]
     """From the first sensor to the joint's centre [m]; zero along `undetermined` directions."""
     second_arm: Float[np.ndarray, "3"]
@@ -34,8 +36,8 @@ class JointFinding:
     arm_covariance: Float[np.ndarray, "6 6"]
     """Of both arms [m^2]; along undetermined directions the prior's."""
     undetermined: Float[np.ndarray, "k 6"]
-    """Unit directions of both arms together that the motion does not tell. Of a hinge it is the
-    axis in both frames: any point of the axis serves as centre."""
+    """Unit directions of both arms together that the motion does not tell. Of a hinge, the first is
+    the axis in both frames: any point of the axis serves as centre."""
     first_axis: Float[np.ndarray, "3"] | None
     """Axis fixed on the first sensor's side; None of a ball joint. Of a hinge, the axis."""
     second_axis: Float[np.ndarray, "3"] | None
@@ -52,6 +54,8 @@ class JointFinding:
     joint is taken to go nowhere in the first window."""
     gyroscope_bias: Float[np.ndarray, "2 3"]
     """[rad/s]"""
+    clock_offset: float
+    """What the second sensor's stamps say less the first's, of the same moment [s]."""
     residual: float
     """What both sensors differ by in the joint, root mean square of a component [m/s^2]."""
     explained: float
@@ -71,38 +75,40 @@ class JointFinding:
             self.sensors, (self.first_arm, self.second_arm), self.arm_std, strict=True
         ):
             lines.append(f"Centre from {name} [cm]: {_numbers(arm)}, deviation {_numbers(std)}.")
-        if self.first_axis is not None and self.second_axis is not None and self.axis_std is not None:
-            for name, axis, std in zip(
-                self.sensors, (self.first_axis, self.second_axis), self.axis_std, strict=True
-            ):
-                text = ", ".join(f"{x:.3f}" for x in axis)
-                lines.append(f"Axis in {name}: ({text}), deviation {np.rad2deg(std):.2f} deg.")
-        return (*lines, *self._doubts())
+        return (*lines, *self._axes(), *self._doubts())
 
     def __str__(self) -> str:
         return "\n".join(self.sentences)
 
     def _evidence(self) -> str:
-        hinge, universal = (f"{100 * self.off_axis[k]:.1f} %" for k in ("hinge", "universal"))
-        return (
-            f"Off the best single axis: {hinge} of the relative rate; off the best two: {universal}"
-            "."
-        )
+        shares = {k: f"{100 * share:.1f} %" for k, share in self.off_axis.items()}
+        text = f"Of the relative rate, {shares['hinge']} is off the best single axis"
+        if "universal" in shares:
+            text += f" and {shares['universal']} off the best two"
+        return text + "."
+
+    def _axes(self) -> list[str]:
+        if self.first_axis is None or self.second_axis is None or self.axis_std is None:
+            return []
+        axes = zip(self.sensors, (self.first_axis, self.second_axis), self.axis_std, strict=True)
+        return [
+            f"Axis in {name}: {_direction(axis, 3)}, deviation {np.rad2deg(std):.2f} deg."
+            for name, axis, std in axes
+        ]
 
     def _doubts(self) -> list[str]:
         """What is not known, and what should not be believed."""
         lines = []
-        for direction in self.undetermined:
-            one, two = ("(" + ", ".join(f"{x:.2f}" for x in d) + ")" for d in direction.reshape(2, 3))
-            why = (
-                "any point of a hinge's axis is a centre" if self.kind == "hinge"
-                else "the motion does not tell it"
-            )  # fmt: skip
-            first, second = self.sensors
+        first, second = self.sensors
+        for i, direction in enumerate(self.undetermined):
+            one, two = (_direction(d, 2) for d in direction.reshape(2, 3))
+            why = "the motion does not tell it"
+            if self.kind == "hinge" and i == 0:
+                why = "any point of a hinge's axis is a centre"
             lines.append(
                 f"Not determined: the centre along {one} in {first} with {two} in {second}; {why}."
             )
-        if self.explained < 0.8:
+        if self.explained < _DOUBTFUL:
             lines.append(
                 f"Doubtful: both sensors agree on {100 * self.explained:.0f} % of the acceleration "
                 "in the joint only. Are they on neighbouring segments, rigidly mounted?"
@@ -112,3 +118,7 @@ class JointFinding:
 
 def _numbers(metres: Float[np.ndarray, "3"]) -> str:
     return ", ".join(f"{100 * x:.2f}" for x in metres)
+
+
+def _direction(vector: Float[np.ndarray, "3"], digits: int) -> str:
+    return "(" + ", ".join(f"{x + 0.0:.{digits}f}" for x in vector) + ")"

@@ -22,10 +22,13 @@ class JointOptions:
     """Prior standard deviation of the gyroscopes' biases [rad/s] (see `ConstantsOptions`)."""
     accelerometer_bias_sigma: float = 0.15
     """The same of the accelerometers [m/s^2]."""
-    scale_sigma: float = 0.005
+    clock_sigma: float = 0.005
+    """Prior standard deviation of the difference of the sensors' clocks [s] (radio-connected
+    boards: 0.002 to 0.01). The second's readings are moved by it along their slopes."""
+    scale_sigma: float = 0.01
     """Error of the scales of accelerometers and gyroscopes, relative, in the stated deviations of
     lever arms: accelerations in the joint are as (rate squared) times arm (MPU-6050: up to 0.03
-    before calibration)."""
+    before calibration, a third of it after)."""
     off_axis: float = 0.1
     """A joint has an axis or two when at most this share of the relative rate (root mean square) is
     off them: play, bent axes and noise."""
@@ -34,7 +37,7 @@ class JointOptions:
 
     def __post_init__(self) -> None:
         for name in ("window", "arm_sigma", "gyroscope_bias_sigma", "accelerometer_bias_sigma",
-                     "off_axis", "determined"):  # fmt: skip
+                     "clock_sigma", "off_axis", "determined"):  # fmt: skip
             if not getattr(self, name) > 0:
                 raise InputError(f"JointOptions.{name} {getattr(self, name):g}: must be above 0")
         if not self.scale_sigma >= 0:

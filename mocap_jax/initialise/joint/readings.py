@@ -37,6 +37,10 @@ class Pair(NamedTuple):
     """Angular velocities [rad/s]."""
     turn: Float[np.ndarray, "w 2 n 3"]
     """Angular accelerations [rad/s^2]."""
+    force_slope: Float[np.ndarray, "w 2 n 3"]
+    """Derivative of `force` [m/s^3]."""
+    turn_slope: Float[np.ndarray, "w 2 n 3"]
+    """Derivative of `turn` [rad/s^3]."""
     known: Bool[np.ndarray, "w n"]
     turn_noise: float
     """Standard deviation of a component of `turn` by the declared noise [rad/s^2]."""
@@ -65,14 +69,14 @@ def pair_of(recording: Recording, first: str, second: str, options: JointOptions
         )
     read = [_at(stream, time, step) for stream in streams]
     force, rate = (np.stack([r[i] for r in read]) for i in (0, 1))
-    turn = savgol_filter(rate, _SAMPLES, _ORDER, deriv=1, delta=step, axis=1)
+    turn, force_slope = _slope(rate, step), _slope(force, step)
     known = binary_erosion(read[0][2] & read[1][2], np.ones(_SAMPLES), border_value=1)
     size = min(len(time), max(int(round(options.window / step)), _SAMPLES))
     noise = recording.setup.noise.gyroscope * _GAIN / step
     cut = _Windows(size, len(time) // size)
     pair = Pair(
-        cut.rows(time), step, cut.both(force), cut.both(rate), cut.both(turn), cut.rows(known),
-        float(noise),
+        cut.rows(time), step, cut.both(force), cut.both(rate), cut.both(turn),
+        cut.both(force_slope), cut.both(_slope(turn, step)), cut.rows(known), float(noise),
     )  # fmt: skip
     good = pair.known.mean(1) > 1 - _MISSING
     if not good.any():
@@ -109,6 +113,10 @@ def check_motion(relative_rate: Float[np.ndarray, "*b 3"], first: str, second: s
             f"root mean square, at least {_SLOWEST:g} needed): no joint can be found"
         )
     return size
+
+
+def _slope(values: Float[np.ndarray, "2 t 3"], step: float) -> Float[np.ndarray, "2 t 3"]:
+    return savgol_filter(values, _SAMPLES, _ORDER, deriv=1, delta=step, axis=1)
 
 
 def _check(name: str, stream: InertialStream) -> None:
