@@ -191,8 +191,10 @@ def _linearise(pair: Pair, constants: np.ndarray, R_between: np.ndarray) -> _Lin
     size = np.linalg.norm(residual, axis=-1)
     sigma = max(float(np.median(size[pair.known])) / _MEDIAN, 1e-9)
     weight = pair.known * np.minimum(1.0, _HUBER * sigma / np.maximum(size, 1e-12))
-    parts = (_weighted(x, weight) for x in (residual, derivative, _skew(second)))
-    return _Linear(*parts, sigma**2, weight)
+    rows, by_constants, by_rotations = (
+        _weighted(x, weight) for x in (residual, derivative, _skew(second))
+    )
+    return _Linear(rows, by_constants, by_rotations, sigma**2, weight)
 
 
 def _weighted(rows: Float[np.ndarray, "w n 3 *g"], weight: Float[np.ndarray, "w n"]) -> np.ndarray:

@@ -92,12 +92,12 @@ class _Windows(NamedTuple):
     """How samples are cut; what is left at the end is too short for a window."""
 
     size: int
-    count: int
+    number: int
 
     def rows(self, values: np.ndarray) -> np.ndarray:
         """Samples (t, ...) as (w, n, ...)."""
-        kept = values[: self.size * self.count]
-        return kept.reshape(self.count, self.size, *values.shape[1:])
+        kept = values[: self.size * self.number]
+        return kept.reshape(self.number, self.size, *values.shape[1:])
 
     def both(self, values: np.ndarray) -> np.ndarray:
         """Samples of both sensors (2, t, 3) as (w, 2, n, 3)."""
