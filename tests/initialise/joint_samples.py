@@ -44,7 +44,7 @@ class Sample(NamedTuple):
 
 def sample(
     kind: str, *, profile: str | Profile = "paper", seed: int = 0, seconds: float = 20.0,
-    root_turns: bool = True,
+    root_turns: bool = True, magnetic_field: tuple[float, float, float] | None = None,
 ) -> Sample:  # fmt: skip
     """Random sines on all degrees of freedom, after a still second."""
     text = lambda axis: " ".join(map(str, axis))  # noqa: E731
@@ -62,7 +62,9 @@ def sample(
     motion = Motion(kind, body, _swinging(body, seed, seconds, root_turns))
     recording = simulate(
         motion, profile=profile, seed=seed, suit=Suit(boards),
-        options=SimulationOptions(rest_s=1.0, inertial_rate_hz=100.0),
+        options=SimulationOptions(
+            rest_s=1.0, inertial_rate_hz=100.0, magnetic_field=magnetic_field
+        ),
     )  # fmt: skip
     thigh, shank = TURNS["thigh"].inv(), TURNS["shank"].inv()
     arms = np.stack([thigh.apply(CENTRE - POSITIONS["thigh"]), shank.apply(-POSITIONS["shank"])])
