@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -108,10 +109,12 @@ def test_relative_orientation_and_vertical(samples: dict[str, Sample], kind: str
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_body_found_holds_the_sensors_as_they_are(
-    samples: dict[str, Sample], kind: str
+    samples: dict[str, Sample], kind: str, tmp_path: Path
 ) -> None:
     finding = found(samples[kind])
-    recording = mj.joint_recording(samples[kind].recording, finding)
+    made = mj.joint_recording(samples[kind].recording, finding)
+    mj.write_recording(tmp_path / "joint.mcap", made)
+    recording = mj.read_recording(tmp_path / "joint.mcap")
     assert list(recording.inertial) == ["thigh", "shank"] and recording.truth is None
     body = mj.load_body(recording.body_xml)
     pose = recording.setup.rest.pose

@@ -12,6 +12,8 @@ from mocap_jax.errors import unknown_name
 from mocap_jax.initialise.joint.finding import JointFinding, JointKind
 from mocap_jax.recording import Recording, RestHold, SensorSpec
 
+# A rest that holds the first sample alone; files know none of no duration [s].
+_INSTANT = 1e-6
 KINDS: tuple[JointKind, ...] = ("hinge", "universal", "ball")
 _XML = """<mujoco model="two_segments">
   <compiler angle="radian" autolimits="true"/>
@@ -40,7 +42,7 @@ def joint_recording(
     it is, with its origin in the joint's centre. A `ball` joint is named `joint`, and so is a
     hinge; a universal joint is `joint_first` (axis fixed in the first segment) and `joint_second`.
     Angles of hinges are zero at the first sample. The pose found there is declared as the pose at
-    rest, with a rest of no duration.
+    rest, with a rest of an instant.
 
     Args:
         recording: that the joint was found in; other sensors are left out.
@@ -66,7 +68,7 @@ def joint_recording(
     if kind == "ball":
         pose["joint"] = tuple(map(float, finding.relative[0]))
     setup = dataclasses.replace(
-        recording.setup, sensors=sensors, sources=(), rest=RestHold(start, start, pose)
+        recording.setup, sensors=sensors, sources=(), rest=RestHold(start, start + _INSTANT, pose)
     )
     return dataclasses.replace(
         recording, inertial=inertial, magnetic=magnetic, ranges=None, root=None, truth=None,
