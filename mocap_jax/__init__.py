@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import differentiable as differentiable
     from mocap_jax.estimate import differentiable_ekf as differentiable_ekf
     from mocap_jax.estimate import ekf as ekf
+    from mocap_jax.estimate import joint_axes as joint_axes
     from mocap_jax.estimate import magnetic_heading as magnetic_heading
     from mocap_jax.estimate import optimise as optimise
     from mocap_jax.estimate import orientation_pass as orientation_pass
@@ -62,10 +63,14 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import table1_options as table1_options
     from mocap_jax.estimate import ukf as ukf
     from mocap_jax.initialise import Heading as Heading
+    from mocap_jax.initialise import JointFinding as JointFinding
+    from mocap_jax.initialise import JointOptions as JointOptions
     from mocap_jax.initialise import SensorCheck as SensorCheck
     from mocap_jax.initialise import calibrate_to_pose as calibrate_to_pose
     from mocap_jax.initialise import check_readings as check_readings
     from mocap_jax.initialise import check_sensors as check_sensors
+    from mocap_jax.initialise import find_joint as find_joint
+    from mocap_jax.initialise import joint_recording as joint_recording
     from mocap_jax.initialise import wear as wear
     from mocap_jax.initialise import with_orientations as with_orientations
     from mocap_jax.io import export_motion as export_motion
@@ -131,14 +136,15 @@ _HOME = {
         "AnchorRanges", "ConstantsOptions", "ContactOptions", "EkfOptions", "NoiseOptions",
         "Odometry", "OptimiseOptions", "OrientationPassOptions", "PriorOptions", "RangeOnlyOptions",
         "SingleImuOptions", "UserResidual", "absolute_position", "check_residual",
-        "differentiable", "differentiable_ekf", "ekf", "magnetic_heading", "optimise",
+        "differentiable", "differentiable_ekf", "ekf", "joint_axes", "magnetic_heading", "optimise",
         "orientation_pass", "range_only_path", "smooth_orientation", "sparse_options",
         "table1_options", "ukf",
     ),
     "kalman": ("SigmaPoints",),
     "initialise": (
-        "Heading", "SensorCheck", "calibrate_to_pose", "check_readings", "check_sensors",
-        "wear", "with_orientations",
+        "Heading", "JointFinding", "JointOptions", "SensorCheck", "calibrate_to_pose",
+        "check_readings", "check_sensors", "find_joint", "joint_recording", "wear",
+        "with_orientations",
     ),
     "io": (
         "export_motion", "read_recording", "read_solution", "write_recording", "write_solution",

@@ -67,8 +67,9 @@ def add_estimation_arguments(parser: argparse.ArgumentParser, initial: str) -> N
         help=f"with --method optimise: start from {what} in {initial} instead of the filter",
     )  # fmt: skip
     parser.add_argument(
-        "--sensors", type=sensor_kinds, metavar="A,G,D,O",
-        help="measurements to use: accelerometer, gyroscope, distance, orientation (default: all)",
+        "--sensors", type=sensor_kinds, metavar="A,G,D,O,M",
+        help="measurements to use: accelerometer, gyroscope, distance, orientation, magnetometer "
+        "(default: all but the last)",
     )  # fmt: skip
     parser.add_argument(
         "--root", choices=("given", "free"),

@@ -9,7 +9,13 @@ from typing import NoReturn
 
 from mocap_jax.cli.exit_codes import USAGE
 
-SENSOR_KINDS = {"A": "accelerometer", "G": "gyroscope", "D": "distance", "O": "orientation"}
+SENSOR_KINDS = {
+    "A": "accelerometer",
+    "G": "gyroscope",
+    "D": "distance",
+    "O": "orientation",
+    "M": "magnetometer",
+}
 
 
 class Parser(argparse.ArgumentParser):
@@ -44,10 +50,6 @@ def sensor_kinds(text: str) -> str:
         letters = list(letters[0])
     valid = ", ".join(f"{letter} ({kind})" for letter, kind in SENSOR_KINDS.items())
     for letter in letters:
-        if letter == "M":
-            raise argparse.ArgumentTypeError(
-                f"M (magnetometer) is recorded but not yet used by any estimator; valid: {valid}"
-            )
         if letter not in SENSOR_KINDS:
             raise argparse.ArgumentTypeError(f"unknown sensor kind '{letter}'; valid: {valid}")
     if not letters:

@@ -6,6 +6,7 @@ from mocap_jax.estimate.contact.options import ContactOptions
 from mocap_jax.estimate.derivatives import differentiable, differentiable_ekf
 from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
+from mocap_jax.estimate.joint_axes import joint_axes
 from mocap_jax.estimate.magnetic_heading import magnetic_heading
 from mocap_jax.estimate.orientation_options import OrientationPassOptions
 from mocap_jax.estimate.orientation_pass import orientation_pass
@@ -37,6 +38,6 @@ __all__ = [
     "NoiseOptions", "Odometry", "OptimiseOptions", "OrientationPassOptions", "PriorOptions",
     "RangeOnlyOptions", "RangeOnlySolution", "SingleImuOptions", "SingleImuSolution",
     "UserResidual", "absolute_position", "check_residual", "differentiable", "differentiable_ekf",
-    "ekf", "magnetic_heading", "optimise", "orientation_pass", "range_only_path",
+    "ekf", "joint_axes", "magnetic_heading", "optimise", "orientation_pass", "range_only_path",
     "smooth_orientation", "sparse_options", "table1_options", "ukf",
 ]  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from jaxtyping import Float
 
 from mocap_jax.estimate.filter_frame import FrameInput
 from mocap_jax.estimate.filter_options import EkfOptions
@@ -11,7 +12,7 @@ from mocap_jax.measurement import FrameData
 
 
 def filter_data(
-    data: FrameData, rest: RestEstimate, options: EkfOptions
+    data: FrameData, magnetic: Float[np.ndarray, "t s 3"], rest: RestEstimate, options: EkfOptions
 ) -> tuple[list[FrameInput], str, tuple[int, ...]]:
     """Prepare the measurements.
 
@@ -39,12 +40,14 @@ def filter_data(
         range_lead=np.asarray(data.range_lead),
         root_position=np.asarray(data.root_position),
         root_orientation=np.asarray(data.root_orientation),
+        magnetic=magnetic,
     )
     held = {
         "O": np.isfinite(whole.orientation).any(),
         "G": np.isfinite(gyroscope).any(),
         "A": np.isfinite(accelerometer).any(),
         "D": (weight > 0).any(),
+        "M": np.isfinite(magnetic).any(),
         "R": np.isfinite(whole.root_position).any(),
     }
     kinds = "".join(kind for kind, any_data in held.items() if any_data)

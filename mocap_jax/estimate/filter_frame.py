@@ -26,6 +26,10 @@ from mocap_jax.kalman import (
 )
 from mocap_jax.measurement import predict as readings
 from mocap_jax.measurement.chain import Chain, chain, site_state
+from mocap_jax.residuals.magnetic import magnetic_heading_error
+
+# A heading so many deviations off counts half.
+_DISTURBED = 3.0
 
 
 class FilterModel(NamedTuple):
@@ -58,6 +62,9 @@ class Parameters(NamedTuple):
     mounting_sigma: Float[Array, ""]
     """Remaining error of the sensors' mounting rotation [rad]."""
     speed_of_sound: Float[Array, ""]
+    magnetic: Float[Array, "4"]
+    """Direction of north and deviation of a heading [rad], frames that share one error, and frames
+    within which headings are corrected in any case."""
 
 
 class FrameInput(NamedTuple):
@@ -79,6 +86,7 @@ class FrameInput(NamedTuple):
     """[frames]"""
     root_position: Float[Array, "3"]
     root_orientation: Float[Array, "4"]
+    magnetic: Float[Array, "s 3"]
 
 
 def filter_frame(
@@ -229,6 +237,28 @@ def _range(
     return predicted.jacobian, measured - predicted.value, sigma**2, active
 
 
+def _heading(
+    body: Body, model: FilterModel, p: Parameters, c: Chain, state: State, frame: FrameInput
+) -> _Terms:
+    """Headings by magnetometers, robustly: errors last, and disturbed ones are far off.
+
+    Only turns about the vertical follow from them: where the field is steep, an error of tilt looks
+    like one of heading, and must not be made up for by more tilt. The belief does not know that
+    biases of rates drift, and headings with them: taken at its word it would hardly be corrected,
+    so that the variance is held to what corrects it in time.
+    """
+    active = jnp.isfinite(frame.magnetic).all(-1) & frame.valid
+    reading = jnp.where(active[:, None], frame.magnetic, jnp.array([1.0, 0, 0], state.q.dtype))
+    predicted = readings.orientation(body, c, model.sensors)
+    north, sigma, shared, pull = p.magnetic
+    error = magnetic_heading_error(predicted.value, reading, north)
+    slope = (predicted.value[:, 2, :, None] * predicted.jacobian).sum(1)
+    doubt = 1 + (error / (_DISTURBED * sigma)) ** 2
+    believed = ((slope @ state.covariance[: slope.shape[1], : slope.shape[1]]) * slope).sum(-1)
+    in_time = len(model.sensors) * pull * believed
+    return slope, -error, jnp.minimum(shared * sigma**2, in_time) * doubt, active
+
+
 def _root(
     body: Body, model: FilterModel, p: Parameters, c: Chain, state: State, frame: FrameInput
 ) -> _Terms:
@@ -246,5 +276,12 @@ def _root(
 
 
 # Poses alone, poses and velocities, or accelerations as well are what a kind depends on.
-_DERIVATIVES = {"O": 1, "R": 1, "G": 2, "A": 3, "D": 3}
-_TERMS = {"O": _orientation, "G": _rate, "A": _specific_force, "D": _range, "R": _root}
+_DERIVATIVES = {"O": 1, "R": 1, "M": 1, "G": 2, "A": 3, "D": 3}
+_TERMS = {
+    "O": _orientation,
+    "G": _rate,
+    "A": _specific_force,
+    "D": _range,
+    "M": _heading,
+    "R": _root,
+}

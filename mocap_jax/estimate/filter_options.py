@@ -17,7 +17,8 @@ class EkfOptions:
     """Options of `ekf` and `ukf`."""
 
     kinds: str = "AGDO"
-    """Measurements to use: A accelerometers, G gyroscopes, D distances, O orientations."""
+    """Measurements to use: A accelerometers, G gyroscopes, D distances, O orientations, M
+    magnetometers (headings alone)."""
     root: Literal["auto", "given", "free"] = "auto"
     """Use the measured root pose (`auto`: when the recording has one)."""
     rate_hz: float | None = None
@@ -68,6 +69,17 @@ class EkfOptions:
     """Leave out ranges whose receiver is behind the source at the estimated pose (w_a of Vlasic
     2007, section 4.1). Off where sources radiate all around, or where the data hardly tell which
     way they face."""
+    magnetic_north: float | None = None
+    """Kind M: direction of magnetic north in the world, from X about Z [rad]; None: where the
+    magnetometers have it in the pose at rest."""
+    magnetic_sigma: float = 0.2
+    """Kind M: standard deviation of a heading [rad] (de Vries et al. 2009: tenths of a radian
+    indoors); one that is far off counts less."""
+    magnetic_time: float = 5.0
+    """Kind M: how long such an error lasts [s]; frames within it count as one."""
+    magnetic_pull: float = 5.0
+    """Kind M: undisturbed headings are corrected within this time at least [s], however well the
+    filter believes to know them: drifting biases of rates are no part of its belief."""
     velocity_sigma: float = 3.0
     """Prior of joint and root velocities at the first frame, when it is not at rest
     [rad/s, m/s]."""
@@ -99,5 +111,7 @@ class EkfOptions:
             raise unknown_name("dtype", self.dtype, ("float64", "float32"))
         if self.pair_covariance and not (self.smooth and self.covariance):
             raise InputError("pair_covariance=True needs smooth=True and covariance=True")
+        if not min(self.magnetic_sigma, self.magnetic_time, self.magnetic_pull) > 0:
+            raise InputError("magnetic_sigma, magnetic_time, magnetic_pull: must be above 0")
         if self.chunk < 2:
             raise InputError(f"chunk={self.chunk}: must be at least 2 frames")

@@ -15,6 +15,7 @@ from mocap_jax.estimate.filter_data import filter_data
 from mocap_jax.estimate.filter_frame import FilterModel, FrameInput, Parameters
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.innovation_statistics import InnovationStatistics
+from mocap_jax.estimate.magnetometers import filter_figures, frame_fields
 from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.shared_joints import shared_joints
 from mocap_jax.initialise import RestEstimate
@@ -44,7 +45,8 @@ def prepare(
 ) -> FilterRun:  # fmt: skip
     """Bring a recording, a body and options to what the loops take."""
     data = gather(recording, body, kinds=options.kinds, root=use_root, rate_hz=options.rate_hz)
-    chunks, kinds, range_sites = filter_data(data, rest, options)
+    magnetic = frame_fields(recording, data.sensors, np.asarray(data.time), options.kinds)
+    chunks, kinds, range_sites = filter_data(data, magnetic, rest, options)
     model = FilterModel(
         options.process,
         kinds,
@@ -91,6 +93,7 @@ def _parameters(
         lever_arm_sigma=jnp.hypot(options.lever_arm_sigma, shown * options.lever_arm_model),
         mounting_sigma=jnp.asarray(_remaining_mounting(rest)),
         speed_of_sound=jnp.asarray(recording.setup.speed_of_sound),
+        magnetic=jnp.asarray(filter_figures(recording, body, options, rest, step)),
     )
 
 

@@ -42,8 +42,10 @@ def first_guess(
         return at_rest(recording, body, use_root=uses_root(recording, options.root))
     smooth = options.initial == "ekf_smoothed"
     settings = EkfOptions(
-        kinds=kinds, root=options.root, smooth=smooth, covariance=False, range_model=_RANGE_MODEL
-    )
+        kinds=kinds, root=options.root, smooth=smooth, covariance=False, range_model=_RANGE_MODEL,
+        magnetic_north=options.magnetic_north, magnetic_sigma=options.magnetic_sigma,
+        magnetic_time=options.magnetic_time,
+    )  # fmt: skip
     return run_ekf(recording, body, settings, progress=progress, meanwhile=meanwhile)
 
 

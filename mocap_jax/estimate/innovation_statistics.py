@@ -10,7 +10,9 @@ from mocap_jax.kalman import Innovation
 from mocap_jax.measurement import FrameData
 
 _KINDS = {"D": "range", "R": "root"}
-_NAMES = {"A": "accelerometer", "G": "gyroscope", "O": "orientation"}
+# Sensors have three values of these, and one of a heading.
+_AXES = {"M": 1}
+_NAMES = {"M": "magnetometer", "A": "accelerometer", "G": "gyroscope", "O": "orientation"}
 # Whitened size beyond which a value counts as an outlier.
 _OUTLIER = 3.0
 
@@ -59,7 +61,7 @@ class InnovationStatistics:
             whitened = np.asarray(innovation.whitened, float)
             plain = np.asarray(innovation.residual, float)
             if kind in _NAMES:
-                shape = (len(valid), -1, 3)
+                shape = (len(valid), -1, _AXES.get(kind, 3))
                 self._add_sensors(kind, whitened.reshape(shape), plain.reshape(shape))
             elif kind == "R":
                 self._put("root", whitened, plain)

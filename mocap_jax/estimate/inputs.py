@@ -53,6 +53,8 @@ def gauge_remarks(
     if root_given:
         return ()
     heading = "its heading is that of the measured orientations"
+    if "M" in kinds and not oriented:
+        oriented, heading = True, "its heading is that of the magnetometers"
     if oriented and not set(kinds) & {"A", "G"} and not contacts:
         return (
             f"Root free: {heading}; nothing measures its position, which stays near the start.",

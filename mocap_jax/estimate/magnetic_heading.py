@@ -83,7 +83,7 @@ def magnetic_heading(
     sites = tuple(site_of_sensor(body, name, site_of) for name in names)
     time = np.asarray(time)
     share = min(1.0, float(time[1] - time[0]) / correlation_time)
-    field = np.stack([_at_frames(recording.magnetic[n], time) for n in names], axis=1)
+    field = np.stack([field_at(recording.magnetic[n], time) for n in names], axis=1)
     there = np.isfinite(field).all(-1)
     rows = {"field": np.nan_to_num(field), "root_information": np.sqrt(share) * there}
     # A frame counts for a part: the loss sees the error as it is.
@@ -91,7 +91,7 @@ def magnetic_heading(
     return UserResidual("magnetometer", function, 1), rows
 
 
-def _at_frames(stream: MagneticStream, time: np.ndarray) -> Float[np.ndarray, "t 3"]:
+def field_at(stream: MagneticStream, time: np.ndarray) -> Float[np.ndarray, "t 3"]:
     """Readings at the frames, between samples along straight lines; NaN in gaps [T]."""
     stamps, field = np.asarray(stream.time), np.asarray(stream.field)
     good = np.isfinite(field).all(1)

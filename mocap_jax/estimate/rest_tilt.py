@@ -22,7 +22,7 @@ def gather_with_rest(
     count there even where they are not among the kinds chosen.
     """
     chosen, rest = options.kinds, recording.setup.rest
-    if not chosen or not set(chosen) <= set("GDO") or rest is None:
+    if not chosen or not set(chosen) <= set("GDOM") or rest is None:
         return gather(recording, body, kinds=chosen, root=root, rate_hz=options.rate_hz)
     data = gather(recording, body, kinds=chosen + "A", root=root, rate_hz=options.rate_hz)
     parts = data.gyroscope, data.orientation, data.range_distance

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 from jax import Array
 from jaxtyping import Float
 
 from mocap_jax import so3
-from mocap_jax.body import Body
+from mocap_jax.body import Body, load_body
+from mocap_jax.estimate.joint_axes import joint_axes
 from mocap_jax.estimate.sequence.layout import UserResidual
 from mocap_jax.estimate.whole_sequence import optimise
 from mocap_jax.estimate.whole_sequence_options import (
@@ -16,7 +19,10 @@ from mocap_jax.estimate.whole_sequence_options import (
     OptimiseOptions,
     PriorOptions,
 )
-from mocap_jax.io.two_segment_rig import RigTrial
+from mocap_jax.initialise import JointFinding, find_joint, joint_recording
+from mocap_jax.io.two_segment_rig import SENSORS, RigTrial
+from mocap_jax.measurement import gather
+from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution
 
 # The rig stays on its bench: deviation of the joint's position, per second of recording [m].
@@ -54,9 +60,39 @@ def estimate_rig(trial: RigTrial, options: OptimiseOptions = RIG_OPTIONS) -> Sol
         trial: as read; its reference is not used beyond the declared pose of the first sample.
         options: must hold the residual "bench" of `RIG_OPTIONS`.
     """
-    rate = trial.recording.setup.sensors[0].rate_hz
-    whitening = np.full(len(trial.known), 1 / (_BENCH * np.sqrt(rate)))
-    return optimise(trial.recording, trial.body, options=options, user_data=(whitening,))
+    return optimise(
+        trial.recording, trial.body, options=options, user_data=(_bench_rows(trial.recording),)
+    )
+
+
+def estimate_unknown_rig(
+    trial: RigTrial, options: OptimiseOptions = RIG_OPTIONS
+) -> tuple[JointFinding, Solution]:
+    """Find the joint from the readings alone, then run `optimise` on the body found.
+
+    Neither the file's lever arms nor the reference's start pose are used. The body has a ball
+    joint, kept near the axes that were found.
+
+    Args:
+        trial: as read.
+        options: as of `estimate_rig`.
+    """
+    finding = find_joint(trial.recording, *SENSORS)
+    recording = joint_recording(trial.recording, finding, kind="ball")
+    rows: tuple = (_bench_rows(recording),)
+    if finding.kind != "ball":
+        assert recording.body_xml is not None
+        body = load_body(recording.body_xml)
+        residual, whitening = joint_axes(finding, body, gather(recording, body).time)
+        users = (*options.user_residuals, residual)
+        options, rows = dataclasses.replace(options, user_residuals=users), (*rows, whitening)
+    return finding, optimise(recording, options=options, user_data=rows)
+
+
+def _bench_rows(recording: Recording) -> np.ndarray:
+    """Whitening of the joint's position, frame by frame [1/m]."""
+    rate = recording.setup.sensors[0].rate_hz
+    return np.full(len(recording.inertial[SENSORS[0]].time), 1 / (_BENCH * np.sqrt(rate)))
 
 
 def relative_error(

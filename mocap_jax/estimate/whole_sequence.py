@@ -7,8 +7,11 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future
 
+import numpy as np
+
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError, SolveError
+from mocap_jax.estimate import magnetometers
 from mocap_jax.estimate.background import wait_for
 from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.estimate.constant_names import constants_from
@@ -81,6 +84,9 @@ def solve_sequence(
             body = on_skin(own, recording)
         root_given = uses_root(recording, options.root)
         data = gather_with_rest(recording, body, options, root=root_given)
+        options, user_data = magnetometers.as_residual(
+            recording, body, options, np.asarray(data.time), user_data, root_given=root_given
+        )
         built = build(
             data, body, recording.setup, options, root_given=root_given, user_data=user_data
         )

@@ -176,8 +176,9 @@ class OptimiseOptions:
     """Options of `optimise`."""
 
     kinds: str = "AGDO"
-    """Measurements used: A accelerometer, G gyroscope, D distance, O orientation. In a declared
-    rest hold the accelerometers count in any case: they tell tilt."""
+    """Measurements used: A accelerometer, G gyroscope, D distance, O orientation, M magnetometer
+    (its heading alone). In a declared rest hold the accelerometers count in any case: they tell
+    tilt."""
     root: Literal["auto", "given", "free"] = "auto"
     """Use the externally measured root pose; "auto" does when the recording has it."""
     rate_hz: float | None = None
@@ -186,6 +187,14 @@ class OptimiseOptions:
     """Acceleration stencil: fourth order, or the papers' plain second difference."""
     initial: Literal["ekf", "ekf_smoothed", "orientation"] = "ekf_smoothed"
     """What makes the initial guess when none is given."""
+    magnetic_north: float | None = None
+    """Kind M: direction of magnetic north in the world, from X about Z [rad]; None: where the
+    magnetometers have it in the pose at rest."""
+    magnetic_sigma: float = 0.2
+    """Kind M: standard deviation of a heading [rad] (de Vries et al. 2009: tenths of a radian
+    indoors); one that is far off counts less."""
+    magnetic_time: float = 5.0
+    """Kind M: how long such an error lasts [s]; frames within it count as one."""
     constants: ConstantsOptions = field(default_factory=ConstantsOptions)
     noise: NoiseOptions = field(default_factory=NoiseOptions)
     prior: PriorOptions = field(default_factory=PriorOptions)

@@ -3,6 +3,12 @@
 from mocap_jax.initialise.check_readings import check_readings
 from mocap_jax.initialise.check_sensors import SensorCheck, check_sensors
 from mocap_jax.initialise.declared_pose import declared_pose
+from mocap_jax.initialise.joint import (
+    JointFinding,
+    JointOptions,
+    find_joint,
+    joint_recording,
+)
 from mocap_jax.initialise.orientation_calibration import (
     Heading,
     PoseCalibration,
@@ -16,6 +22,8 @@ from mocap_jax.initialise.wear import wear
 
 __all__ = [
     "Heading",
+    "JointFinding",
+    "JointOptions",
     "PoseCalibration",
     "RestEstimate",
     "RestOptions",
@@ -26,7 +34,9 @@ __all__ = [
     "check_sensors",
     "declared_pose",
     "declared_rest",
+    "find_joint",
     "find_still",
+    "joint_recording",
     "rest_pose",
     "wear",
     "with_orientations",

@@ -53,7 +53,8 @@ class FrameData:
     sites: tuple[int, ...] = dataclasses.field(metadata={"static": True})
     """Site index in the body of each sensor."""
     kinds: str = dataclasses.field(default="AGDO", metadata={"static": True})
-    """Measurement kinds kept: A accelerometer, G gyroscope, D distance, O orientation."""
+    """Measurement kinds kept: A accelerometer, G gyroscope, D distance, O orientation. (M,
+    magnetometer, may be named; its readings are not among these arrays.)"""
 
 
 def gather(
@@ -69,16 +70,18 @@ def gather(
     Args:
         recording: the measured streams.
         body: its sites carry the sensors, sources and anchors.
-        kinds: which measurements to keep, letters of "AGDO".
+        kinds: which measurements to keep, letters of "AGDOM".
         root: keep the externally measured root pose.
         rate_hz: grid rate; default the highest inertial rate (or 120 Hz without inertial data).
 
     Raises:
         InputError: unknown kind, no usable stream, or a sensor without a site in the body.
     """
-    unknown = set(kinds) - set("AGDO")
+    unknown = set(kinds) - set("AGDOM")
     if unknown or not kinds:
-        raise InputError(f"sensors '{kinds}': valid are letters of A, G, D, O (for example A,G,D)")
+        raise InputError(
+            f"sensors '{kinds}': valid are letters of A, G, D, O, M (for example A,G,D)"
+        )
     if not recording.inertial and recording.ranges is None:
         raise InputError("the recording has neither inertial nor range data")
     site_of = {s.name: s.site for s in recording.setup.sensors}

@@ -40,6 +40,7 @@ def test_top_help_lists_every_verb(run):
 @pytest.mark.parametrize("text", ["A,G,D", "a g d", "AGD", "A, G,D,A"])
 def test_sensor_kinds_are_read_in_the_usual_spellings(text):
     assert sensor_kinds(text) == "AGD"
+    assert sensor_kinds("A,G,M") == "AGM"
 
 
 def test_info_names_the_sensors(run, recording_file):

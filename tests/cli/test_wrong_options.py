@@ -59,8 +59,11 @@ def test_contacts_belong_to_the_optimiser(refused, recording_file):
     refused(arguments, USAGE, "--contacts", "optimise")
 
 
-def test_magnetometer_is_refused_by_name(refused, recording_file):
-    refused(["reconstruct", recording_file, "--sensors", "A,G,M"], USAGE, "magnetometer")
+def test_magnetometers_need_magnetic_streams(refused, recording_file):
+    refused(
+        ["reconstruct", recording_file, "--sensors", "A,G,M"], FAILURE, "kind M", "/magnetic/",
+        "valid kinds",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("method", ["unscented", "optimize"])

@@ -6,6 +6,7 @@ Those that take minutes are slow tests; that names and arguments exist is told o
 from __future__ import annotations
 
 import ast
+import dataclasses
 import shutil
 import warnings
 from collections.abc import Callable
@@ -15,6 +16,7 @@ import pytest
 from doc_snippets import PAGES, ROOT, code_of, undefined_names, wrong_uses
 
 import mocap_jax as mj
+from mocap_jax.io.two_segment_rig import read_two_segment_rig
 
 WITH_CODE = [page for page in PAGES if code_of(page)]
 
@@ -74,13 +76,26 @@ def broad(folder: Path, data: Callable[[], Path]) -> None:
     shutil.copy(source, folder)
 
 
+def rig(folder: Path, data: Callable[[], Path]) -> None:
+    """Ten seconds of a trial of the two-segment rig."""
+    source = data() / "two_segment_rig" / "data_2D_01.mat"
+    if not source.is_file():
+        pytest.skip("the trials of the two-segment rig are absent")
+    trial = read_two_segment_rig(source, seconds=10.0)
+    setup = dataclasses.replace(trial.recording.setup, rest=None)
+    recording = dataclasses.replace(trial.recording, setup=setup)
+    mj.write_recording(folder / "two_sensors.mcap", recording)
+
+
 SETTINGS = {
     "human": nothing, "cutting": nothing, "converting": opensense, "opensim": opensense,
     "README": demo, "uncertainty": demo, "self_calibration": demo, "derivatives": demo,
     "sparse_inertial_poser": nothing, "broad": broad,
+    "joints": rig,
 }  # fmt: skip
 SLOW = {
     "README", "uncertainty", "self_calibration", "derivatives", "sparse_inertial_poser", "broad",
+    "joints",
 }  # fmt: skip
 
 

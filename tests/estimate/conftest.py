@@ -1,6 +1,7 @@
-"""Make `synthetic` importable by name."""
+"""Make `synthetic` and `joint_samples` importable by name."""
 
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "initialise")]

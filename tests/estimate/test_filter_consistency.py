@@ -25,7 +25,7 @@ def _parameters(body: Body) -> Parameters:
         Dynamics(h, process_noise("white_jerk", h, jnp.full(body.nv, 200.0))),
         jnp.full(s, ACCELEROMETER), jnp.full(s, GYROSCOPE), jnp.full(s, 0.02),
         jnp.asarray(0.0025), jnp.array([ROOT[0]] * 3 + [ROOT[1]] * 3),
-        jnp.asarray(0.0), jnp.asarray(0.0), jnp.asarray(343.0),
+        jnp.asarray(0.0), jnp.asarray(0.0), jnp.asarray(343.0), jnp.zeros(4),
     )  # fmt: skip
 
 
@@ -75,7 +75,7 @@ def _measure(body: Body, model: FilterModel, x: tuple, k: jax.Array, first: jax.
     return FrameInput(
         jnp.asarray(True), first, force, rate, jnp.full((3, 4), jnp.nan), none + 1, none,
         none.astype(int), none.astype(int), none, x[0][:3] + ROOT[0] * n(k[2], (3,)),
-        so3.quat_multiply(x[0][3:7], turn),
+        so3.quat_multiply(x[0][3:7], turn), jnp.full((3, 3), jnp.nan),
     )  # fmt: skip
 
 

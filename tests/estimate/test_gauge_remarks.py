@@ -35,3 +35,9 @@ def test_contacts():
     )
     (text,) = gauge_remarks(False, oriented=True, contacts=True)
     assert "position comes from standing feet and accelerations, and drifts slowly" in text
+
+
+def test_magnetometers_tell_the_heading() -> None:
+    (text,) = gauge_remarks(False, kinds="AGM")
+    assert "its heading is that of the magnetometers" in text
+    assert "its position comes from accelerations alone and drifts" in text

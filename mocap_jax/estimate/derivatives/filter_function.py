@@ -72,6 +72,7 @@ class _Fixed:
     range_source: Int[Array, "c n k"]
     range_receiver: Int[Array, "c n k"]
     range_lead: Float[Array, "c n k"]
+    magnetic: Float[Array, "c n s 3"]
 
 
 class DifferentiableFilter:
@@ -121,7 +122,7 @@ class DifferentiableFilter:
         return FrameInput(
             fixed.valid, fixed.first, cut(m.accelerometer), cut(m.gyroscope), cut(m.orientation),
             cut(m.range_distance), fixed.range_weight, fixed.range_source, fixed.range_receiver,
-            fixed.range_lead, cut(m.root_position), cut(m.root_orientation),
+            fixed.range_lead, cut(m.root_position), cut(m.root_orientation), fixed.magnetic,
         )  # fmt: skip
 
 
