@@ -25,7 +25,7 @@ from mocap_jax.body.mjcf_text import numbers
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.recording import InertialStream, Recording, SensorSpec
 
-_AXES = ("x", "-x", "y", "-y", "z", "-z")
+AXES = ("x", "-x", "y", "-y", "z", "-z")
 # An axis this close to the vertical tells no heading (sine of the angle between them).
 _UPRIGHT = 0.1
 
@@ -90,15 +90,15 @@ def calibrate_to_pose(
     turn = 0.0
     if heading is not None:
         root = body.topology.body_parent.index(0, 1)
-        turn = _heading(measured[heading.sensor], R_world_segment[root], heading)
+        turn = turn_to_forward(measured[heading.sensor], R_world_segment[root], heading)
     R_turn = Rotation.from_euler("z", turn)
     R_segment_sensor = {
         s: R_world_segment[body.topology.body_index(b)].T @ (R_turn * measured[s]).as_matrix()
         for s, b in segments.items()
     }
-    streams = {s: _turned(recording.inertial[s], R_turn) for s in segments}
-    mounted = _with_sites(body, segments, R_segment_sensor, positions or {})
-    setup = dataclasses.replace(recording.setup, sensors=_specs(recording, segments))
+    streams = {s: turned_stream(recording.inertial[s], R_turn) for s in segments}
+    mounted = with_sites(body, segments, R_segment_sensor, positions or {})
+    setup = dataclasses.replace(recording.setup, sensors=specs_on_sites(recording, segments))
     turned = dataclasses.replace(recording, inertial=streams, setup=setup, body_xml=mounted.xml)
     return PoseCalibration(turned, mounted, R_segment_sensor, turn)
 
@@ -115,8 +115,8 @@ def _check(
             )
     if heading is not None and heading.sensor not in segments:
         raise unknown_name("heading: sensor", heading.sensor, tuple(segments))
-    if heading is not None and heading.axis not in _AXES:
-        raise unknown_name("heading: axis", heading.axis, _AXES)
+    if heading is not None and heading.axis not in AXES:
+        raise unknown_name("heading: axis", heading.axis, AXES)
     if heading is not None and heading.rule not in ("horizontal", "opensense"):
         raise unknown_name("heading: rule", heading.rule, ("horizontal", "opensense"))
 
@@ -131,7 +131,7 @@ def _orientation_at(stream: InertialStream, sensor: str, time: float | None) -> 
     return Rotation.from_quat(quat[at], scalar_first=True)
 
 
-def _heading(R_world_sensor: Rotation, R_world_root: np.ndarray, heading: Heading) -> float:
+def turn_to_forward(R_world_sensor: Rotation, R_world_root: np.ndarray, heading: Heading) -> float:
     """Turn about the vertical that brings the sensor's axis to the root's x axis [rad]."""
     sign = -1.0 if heading.axis.startswith("-") else 1.0
     axis = sign * R_world_sensor.as_matrix()[:, "xyz".index(heading.axis[-1])]
@@ -147,7 +147,8 @@ def _heading(R_world_sensor: Rotation, R_world_root: np.ndarray, heading: Headin
     return float(turn)
 
 
-def _turned(stream: InertialStream, R_turn: Rotation) -> InertialStream:
+def turned_stream(stream: InertialStream, R_turn: Rotation) -> InertialStream:
+    """The stream with its orientations turned in the world."""
     quat = np.array(stream.orientation)
     known = np.isfinite(quat).all(axis=1)
     if known.any():
@@ -156,7 +157,7 @@ def _turned(stream: InertialStream, R_turn: Rotation) -> InertialStream:
     return dataclasses.replace(stream, orientation=quat)
 
 
-def _specs(recording: Recording, segments: Mapping[str, str]) -> tuple[SensorSpec, ...]:
+def specs_on_sites(recording: Recording, segments: Mapping[str, str]) -> tuple[SensorSpec, ...]:
     """One a sensor, on the site of its own name."""
     given = {s.name: s for s in recording.setup.sensors}
     specs = []
@@ -168,7 +169,7 @@ def _specs(recording: Recording, segments: Mapping[str, str]) -> tuple[SensorSpe
     return tuple(specs)
 
 
-def _with_sites(
+def with_sites(
     body: Body, segments: Mapping[str, str], R_segment_sensor: Mapping[str, np.ndarray],
     positions: Mapping[str, tuple[float, float, float]],
 ) -> Body:  # fmt: skip
