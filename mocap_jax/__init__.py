@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import ConstantsOptions as ConstantsOptions
     from mocap_jax.estimate import ContactOptions as ContactOptions
     from mocap_jax.estimate import EkfOptions as EkfOptions
+    from mocap_jax.estimate import MountingCalibration as MountingCalibration
     from mocap_jax.estimate import NoiseOptions as NoiseOptions
     from mocap_jax.estimate import OptimiseOptions as OptimiseOptions
     from mocap_jax.estimate import OrientationPassOptions as OrientationPassOptions
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import SingleImuOptions as SingleImuOptions
     from mocap_jax.estimate import UserResidual as UserResidual
     from mocap_jax.estimate import absolute_position as absolute_position
+    from mocap_jax.estimate import calibrate_mounting as calibrate_mounting
     from mocap_jax.estimate import check_residual as check_residual
     from mocap_jax.estimate import differentiable as differentiable
     from mocap_jax.estimate import differentiable_ekf as differentiable_ekf
@@ -108,12 +110,11 @@ _HOME = {
     "conversion": ("ConvertOptions", "convert", "worn_by"),
     "errors": ("InputError", "MocapError", "SolveError"),
     "estimate": (
-        "ConstantsOptions", "ContactOptions", "EkfOptions", "NoiseOptions", "OptimiseOptions",
-        "OrientationPassOptions", "PriorOptions", "SingleImuOptions", "UserResidual",
-        "absolute_position", "check_residual", "differentiable", "differentiable_ekf", "ekf",
-        "magnetic_heading", "optimise",
-        "orientation_pass", "smooth_orientation", "sparse_options",
-        "table1_options",
+        "ConstantsOptions", "ContactOptions", "EkfOptions", "MountingCalibration", "NoiseOptions",
+        "OptimiseOptions", "OrientationPassOptions", "PriorOptions", "SingleImuOptions",
+        "UserResidual", "absolute_position", "calibrate_mounting", "check_residual",
+        "differentiable", "differentiable_ekf", "ekf", "magnetic_heading", "optimise",
+        "orientation_pass", "smooth_orientation", "sparse_options", "table1_options",
     ),
     "initialise": (
         "Heading", "SensorCheck", "calibrate_to_pose", "check_readings", "check_sensors",

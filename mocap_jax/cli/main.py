@@ -13,6 +13,7 @@ from types import ModuleType
 from mocap_jax import __version__
 from mocap_jax.cli import (
     batch,
+    calibrate,
     convert,
     cut,
     decode,
@@ -36,6 +37,7 @@ VERBS: dict[str, ModuleType] = {
     "demo": demo,
     "simulate": simulate,
     "decode": decode,
+    "calibrate": calibrate,
     "convert": convert,
     "cut": cut,
     "reconstruct": reconstruct,

@@ -7,6 +7,11 @@ from mocap_jax.estimate.derivatives import differentiable, differentiable_ekf
 from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.magnetic_heading import magnetic_heading
+from mocap_jax.estimate.mounting import (
+    MountingCalibration,
+    SensorMounting,
+    calibrate_mounting,
+)
 from mocap_jax.estimate.orientation_options import OrientationPassOptions
 from mocap_jax.estimate.orientation_pass import orientation_pass
 from mocap_jax.estimate.sequence.layout import UserResidual
@@ -25,9 +30,11 @@ from mocap_jax.estimate.whole_sequence_options import (
 )
 
 __all__ = [
-    "ConstantsOptions", "ContactOptions", "DerivativeReport", "EkfOptions", "NoiseOptions",
-    "OptimiseOptions", "OrientationPassOptions", "PriorOptions", "SingleImuOptions",
-    "SingleImuSolution", "UserResidual", "absolute_position", "check_residual", "differentiable",
+    "ConstantsOptions", "ContactOptions", "DerivativeReport", "EkfOptions",
+    "MountingCalibration", "NoiseOptions", "OptimiseOptions", "OrientationPassOptions",
+    "PriorOptions", "SingleImuOptions",
+    "SensorMounting", "SingleImuSolution", "UserResidual", "absolute_position",
+    "calibrate_mounting", "check_residual", "differentiable",
     "differentiable_ekf", "ekf", "magnetic_heading", "optimise",
     "orientation_pass", "smooth_orientation", "sparse_options",
     "table1_options",

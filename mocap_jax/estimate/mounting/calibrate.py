@@ -14,11 +14,16 @@ from mocap_jax.body import Body, frames, load_body
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.estimate.inputs import body_of
 from mocap_jax.estimate.mounting.doubts import with_doubts
-from mocap_jax.estimate.mounting.headings import Headings, find_headings
 from mocap_jax.estimate.mounting.misfit import pose_at_rest, sensor_misfits
 from mocap_jax.estimate.mounting.result import MountingCalibration, SensorMounting
 from mocap_jax.initialise import Heading, declared_pose, with_orientations
-from mocap_jax.initialise.mounting import Facing, rest_interval, worn_segments
+from mocap_jax.initialise.mounting import (
+    Facing,
+    Headings,
+    find_headings,
+    rest_interval,
+    worn_segments,
+)
 from mocap_jax.initialise.mounting.limb_turns import believed
 from mocap_jax.initialise.orientation_calibration import (
     AXES,
@@ -218,9 +223,7 @@ def _declared(result: MountingCalibration) -> MountingCalibration:
         "heading": f"one for all sensors: {result.facing.source}",
     }
     setup = dataclasses.replace(setup, rest=hold, provenance=facts)
-    return dataclasses.replace(
-        result, recording=dataclasses.replace(result.recording, setup=setup)
-    )
+    return dataclasses.replace(result, recording=dataclasses.replace(result.recording, setup=setup))
 
 
 def _about_up(angle: float) -> np.ndarray:

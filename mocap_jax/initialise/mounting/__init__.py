@@ -1,5 +1,6 @@
 """How sensors sit on segments and where their headings start, from motion (see `estimate`)."""
 
+from mocap_jax.initialise.mounting.headings import Headings, find_headings
 from mocap_jax.initialise.mounting.hinge_axis import HingeAxis, bending_hinge, hinge_axis
 from mocap_jax.initialise.mounting.joint_heading import (
     JointHeading,
@@ -14,12 +15,14 @@ from mocap_jax.initialise.mounting.worn import sensors_above, worn_segments
 
 __all__ = [
     "Facing",
+    "Headings",
     "HingeAxis",
     "JointHeading",
     "LimbTurn",
     "WorldMotion",
     "bending_hinge",
     "even_grid",
+    "find_headings",
     "hinge_axis",
     "joint_heading",
     "limb_turns",

@@ -77,7 +77,7 @@ def bending_hinge(body: Body, first: int, second: int) -> int | None:
 
 def hinge_axis(
     body: Body, joint: int, first: WorldMotion, second: WorldMotion, heading: float,
-    rest: Float[np.ndarray, "t"],
+    rest: Float[np.ndarray, "t"], at_rest: float,
 ) -> HingeAxis | None:  # fmt: skip
     """The axis of a hinge from motion; None where the joint hardly turns, or about many axes.
 
@@ -87,7 +87,8 @@ def hinge_axis(
         first: motion of the sensor above the joint.
         second: of that below.
         heading: of the second relative to the first (see `joint_heading`).
-        rest: which samples are of the pose at rest, from where the joint bends.
+        rest: which samples are of the pose at rest.
+        at_rest: the joint's coordinate in it [rad].
     """
     Z = Rotation.from_euler("z", heading).as_matrix()
     relative = second.rate @ Z.T - first.rate
@@ -103,17 +104,25 @@ def hinge_axis(
     along = np.einsum("tij,j,tik,k->t", own[0][known], axis, own[1][known], other)
     other = other * (np.sign(along.mean()) or 1.0)  # the two mean one direction
     angle = _bending(own[0][known], own[1][known], axis, rest[known])
-    most = np.percentile(angle, [1, 50, 99])
-    low, high = np.asarray(body.joint_range)[joint]
-    sign = np.sign(most.sum() * (low + high)) or 1.0
+    least, most = np.percentile(angle, [1, 99])
+    sign = _sign(angle, at_rest, np.asarray(body.joint_range)[joint])
     std = [
         _scatter((R.swapaxes(1, 2) @ relative[..., None])[known, :, 0], a)
         for R, a in zip(own, (axis, other), strict=True)
     ]
     return HingeAxis(
         body.topology.joint_names[joint], sign * axis, sign * other, share, max(std),
-        float(most[2] - most[0]),
+        float(most - least),
     )  # fmt: skip
+
+
+def _sign(angle: np.ndarray, at_rest: float, limits: np.ndarray) -> float:
+    """Of the two directions of an axis the one in which the joint stays within its range."""
+    outside = [
+        (np.maximum(np.maximum(limits[0] - a, a - limits[1]), 0.0) ** 2).mean()
+        for a in (at_rest + angle, at_rest - angle)
+    ]
+    return 1.0 if outside[0] <= outside[1] else -1.0
 
 
 def _bending(
@@ -123,7 +132,9 @@ def _bending(
     relative = Rotation.from_matrix(first.swapaxes(1, 2) @ second)
     start = relative[rest].mean() if rest.any() else relative[0]
     quat = (relative * start.inv()).as_quat(scalar_first=True)
-    return np.unwrap(2 * np.arctan2(quat[:, 1:] @ axis, quat[:, 0]))
+    angle = np.unwrap(2 * np.arctan2(quat[:, 1:] @ axis, quat[:, 0]))
+    turns = np.median(angle[rest] if rest.any() else angle[:1]) / (2 * np.pi)
+    return angle - 2 * np.pi * np.round(turns)
 
 
 def _principal(rate: np.ndarray) -> tuple[float, np.ndarray]:

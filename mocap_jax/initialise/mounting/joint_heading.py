@@ -36,9 +36,10 @@ _LASTING = 1.0
 # From sensor to joint [m], per axis.
 _REACH = 0.3
 _ROUNDS = 6
-# What is left unseen by the scatter of the residuals [rad]: on real recordings, headings found from
-# walking and from running apart differ by 5 to 10 degrees.
-_SYSTEMATIC = np.deg2rad(5.0)
+# What is left unseen by the scatter of the residuals: errors in step with the motion look alike from
+# stride to stride. A share of what the two accelerations differ by, and at least so much [rad]
+# (on real recordings, headings found from walking and from running apart differ by 5 to 10 degrees).
+_IN_STEP, _SYSTEMATIC = 0.3, np.deg2rad(5.0)
 # Below this a recording tells no heading [rad].
 _UNKNOWN = np.deg2rad(40.0)
 
@@ -129,8 +130,9 @@ def joint_heading(first: WorldMotion, second: WorldMotion) -> JointHeading:
         angle, ways = fit.best(weight, angle if k else None)
         size = np.linalg.norm(fit.residual(angle, ways), axis=1) / sigma
         weight = sigma**-2 / np.maximum(1.0, size / 2.0)  # Huber
-    std = np.hypot(fit.deviation(angle, ways, weight), _SYSTEMATIC)
     left = fit.residual(angle, ways)
+    share = np.sqrt((weight * (left**2).sum(1)).sum() / (weight * around**2).sum())
+    std = np.hypot(fit.deviation(angle, ways, weight), np.hypot(_SYSTEMATIC, _IN_STEP * share))
     return JointHeading(
         float(np.mod(angle + np.pi, 2 * np.pi) - np.pi),
         float(min(std, np.pi)),
@@ -211,7 +213,9 @@ class _Fit:
 
 
 def _about_up(angle: float | np.ndarray) -> np.ndarray:
-    return Rotation.from_euler("z", angle).as_matrix()
+    """One rotation matrix, or as many as there are angles."""
+    angle = np.asarray(angle)
+    return Rotation.from_rotvec(angle[..., None] * np.array([0.0, 0.0, 1.0])).as_matrix()
 
 
 def _skew(v: Float[np.ndarray, "t 3"]) -> Float[np.ndarray, "t 3 3"]:

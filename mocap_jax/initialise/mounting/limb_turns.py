@@ -23,6 +23,8 @@ from mocap_jax.motion import xsens_name
 _LEGS, _ARMS = np.deg2rad(10.0), np.deg2rad(30.0)
 # An axis steeper than this tells no heading (cosine of its slope).
 _LEVEL = 0.6
+# Limbs farther from the others than this count little [rad].
+_APART = np.deg2rad(45.0)
 # A limb turned farther is not believed [rad].
 _MOST = np.deg2rad(75.0)
 
@@ -97,7 +99,13 @@ def where_it_faces(turns: tuple[LimbTurn, ...], segments: Mapping[str, str]) -> 
         return None
     spread = [_ARMS if "Arm" in xsens_name(segments[t.sensor]) else _LEGS for t in turns]
     weight = np.array([1 / (t.std**2 + s**2) for t, s in zip(turns, spread, strict=True)])
-    mean = np.sum(weight * np.exp(1j * np.array([t.angle for t in turns])))
+    angles = np.exp(1j * np.array([t.angle for t in turns]))
+    # One limb whose hinge was taken wrongly must not turn the body.
+    tried = np.exp(1j * np.deg2rad(np.arange(360.0)))
+    away = np.abs(np.angle(tried[:, None] / angles))
+    best = tried[np.argmax((weight / (1 + (away / _APART) ** 2)).sum(axis=1))]
+    weight = weight / (1 + (np.abs(np.angle(best / angles)) / _APART) ** 2) ** 2
+    mean = np.sum(weight * angles)
     names = ", ".join(t.hinge.joint for t in turns)
     return Facing(float(-np.angle(mean)), float(weight.sum() ** -0.5), f"axes of {names}")
 

@@ -41,8 +41,8 @@ def rest_interval(recording: Recording, time: float | None) -> tuple[float, floa
     rate = rate_within(recording, start, end)
     if rate > _STILL and np.isfinite(rate):
         raise InputError(
-            f"nobody is still at {start:.2f} to {end:.2f} s ({rate:.2f} rad/s; at most {_STILL:g}): "
-            f"give a time of a still second{_stillest(recording)}"
+            f"nobody is still at {start:.2f} to {end:.2f} s ({rate:.2f} rad/s, at most "
+            f"{_STILL:g}): give a time of a still second{_stillest(recording)}"
         )
     return start, end
 

@@ -10,21 +10,21 @@ from scipy.spatial.transform import Rotation
 
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError
-from mocap_jax.initialise.mounting import (
-    Facing,
-    HingeAxis,
+from mocap_jax.initialise.mounting.hinge_axis import HingeAxis, bending_hinge, hinge_axis
+from mocap_jax.initialise.mounting.joint_heading import (
     JointHeading,
-    LimbTurn,
     WorldMotion,
-    bending_hinge,
     even_grid,
-    hinge_axis,
     joint_heading,
-    limb_turns,
-    sensors_above,
-    where_it_faces,
     world_motion,
 )
+from mocap_jax.initialise.mounting.limb_turns import (
+    Facing,
+    LimbTurn,
+    limb_turns,
+    where_it_faces,
+)
+from mocap_jax.initialise.mounting.worn import sensors_above
 from mocap_jax.initialise.still import within
 from mocap_jax.recording import InertialStream, Recording
 
@@ -78,9 +78,10 @@ def find_headings(
     R_rest = {
         s: _about_up(heading[s]) @ _at_rest(s, recording.inertial[s], rest) for s in worn
     }  # fmt: skip
-    hinges = _hinges(body, worn, above, motions, heading, (grid >= rest[0]) & (grid <= rest[1]))
+    still = (grid >= rest[0]) & (grid <= rest[1])
+    hinges = _hinges(body, worn, above, motions, heading, pose, still)
     limbs = limb_turns(body, pose, worn, hinges, R_rest, std)
-    remarks = ()
+    remarks: tuple[str, ...] = ()
     if unknown:
         remarks = (
             f"Heading of {', '.join(unknown)} is not known: the joint towards the trunk is hardly "
@@ -125,7 +126,8 @@ def _along_tree(
 
 def _hinges(
     body: Body, worn: Mapping[str, str], above: Mapping[str, str | None],
-    motions: Mapping[str, WorldMotion | None], heading: Mapping[str, float], rest: np.ndarray,
+    motions: Mapping[str, WorldMotion | None], heading: Mapping[str, float], pose: np.ndarray,
+    rest: np.ndarray,
 ) -> dict[tuple[str, str], HingeAxis]:  # fmt: skip
     out = {}
     for below, up in above.items():
@@ -136,7 +138,8 @@ def _hinges(
         joint = bending_hinge(body, index(worn[up]), index(worn[below]))
         if joint is None or first is None or second is None:
             continue
-        axis = hinge_axis(body, joint, first, second, heading[below] - heading[up], rest)
+        turn, at_rest = heading[below] - heading[up], pose[body.topology.joint_qpos[joint]]
+        axis = hinge_axis(body, joint, first, second, turn, rest, float(at_rest))
         if axis is not None:
             out[up, below] = axis
     return out
