@@ -25,6 +25,7 @@ from mocap_jax.estimate.inputs import (
     body_of,
     gauge_remarks,
     measures_orientation,
+    mounting_remarks,
     uses_root,
 )
 from mocap_jax.initialise import RestEstimate, rest_pose
@@ -100,6 +101,7 @@ def run_ekf(
         method=SMOOTHER if options.smooth else FILTER,
         setup=recording.setup,
         remarks=(
+            *mounting_remarks(recording),
             *rest.remarks,
             *remarks,
             *gauge_remarks(use_root, kinds=options.kinds, oriented=oriented),

@@ -16,6 +16,7 @@ from mocap_jax.initialise.mounting.joint_heading import (
     WorldMotion,
     even_grid,
     joint_heading,
+    turning,
     world_motion,
 )
 from mocap_jax.initialise.mounting.limb_turns import (
@@ -27,6 +28,9 @@ from mocap_jax.initialise.mounting.limb_turns import (
 from mocap_jax.initialise.mounting.worn import sensors_above
 from mocap_jax.initialise.still import within
 from mocap_jax.recording import InertialStream, Recording
+
+# Half of the interval that stands for a moment [s].
+_STILL = 0.1
 
 
 @dataclass(frozen=True)
@@ -92,6 +96,39 @@ def find_headings(
     )
 
 
+def facing_of_hinges(
+    streams: Mapping[str, InertialStream], body: Body, worn: Mapping[str, str], pose: np.ndarray,
+    time: float,
+) -> Facing | None:  # fmt: skip
+    """Turn about the vertical that orientations of one heading lack, as hinges show it.
+
+    None where no knee or elbow has sensors above and below, or bends.
+
+    Args:
+        streams: by sensor.
+        body: that wears the sensors.
+        worn: segment of each sensor.
+        pose: q at that time.
+        time: when the body is in the pose [s].
+    """
+    above = sensors_above(worn, body)
+    index = body.topology.body_index
+    hinged = {
+        s for s, up in above.items()
+        if up is not None and bending_hinge(body, index(worn[up]), index(worn[s])) is not None
+    }  # fmt: skip
+    needed = hinged | {up for s in hinged if (up := above[s]) is not None}
+    if not needed:
+        return None
+    grid = even_grid([streams[s] for s in needed])
+    motions = {s: turning(streams[s], grid) if s in needed else None for s in worn}
+    none = dict.fromkeys(worn, 0.0)
+    still = np.abs(grid - time) <= _STILL
+    hinges = _hinges(body, worn, above, motions, none, pose, still)
+    R_rest = {s: _nearest(streams[s], time) for pair in hinges for s in pair}
+    return where_it_faces(limb_turns(body, pose, worn, hinges, R_rest, none), worn)
+
+
 def _joints(
     above: Mapping[str, str | None], motions: Mapping[str, WorldMotion | None]
 ) -> dict[str, JointHeading]:
@@ -154,6 +191,14 @@ def _at_rest(sensor: str, stream: InertialStream, rest: tuple[float, float]) -> 
             f"sensor '{sensor}' has no orientation at rest ({rest[0]:.2f} to {rest[1]:.2f} s)"
         )
     return Rotation.from_quat(quat, scalar_first=True).mean().as_matrix()
+
+
+def _nearest(stream: InertialStream, time: float) -> np.ndarray:
+    """`R_world_sensor` at the measured sample nearest to a time."""
+    quat = np.asarray(stream.orientation, float)
+    known = np.flatnonzero(np.isfinite(quat).all(axis=1))
+    at = known[np.abs(np.asarray(stream.time)[known] - time).argmin()]
+    return Rotation.from_quat(quat[at], scalar_first=True).as_matrix()
 
 
 def _about_up(angle: float) -> np.ndarray:

@@ -36,9 +36,9 @@ _LASTING = 1.0
 # From sensor to joint [m], per axis.
 _REACH = 0.3
 _ROUNDS = 6
-# What is left unseen by the scatter of the residuals: errors in step with the motion look alike from
-# stride to stride. A share of what the two accelerations differ by, and at least so much [rad]
-# (on real recordings, headings found from walking and from running apart differ by 5 to 10 degrees).
+# What the scatter of the residuals leaves unseen: errors in step with the motion look alike from
+# stride to stride. A share of what the two accelerations differ by, and at least so much [rad] (on
+# real recordings, headings found from walking and from running apart differ by 5 to 10 degrees).
 _IN_STEP, _SYSTEMATIC = 0.3, np.deg2rad(5.0)
 # Below this a recording tells no heading [rad].
 _UNKNOWN = np.deg2rad(40.0)
@@ -94,9 +94,23 @@ def world_motion(stream: InertialStream, grid: Float[np.ndarray, "t"]) -> WorldM
 
     Rates are those of the orientations, so that no gyroscope is needed.
     """
-    time, quat = np.asarray(stream.time, float), np.asarray(stream.orientation, float)
     force = np.asarray(stream.accelerometer, float)
-    good = np.isfinite(quat).all(axis=1) & np.isfinite(force).all(axis=1)
+    if not np.isfinite(force).all(axis=1).any():
+        return None
+    good = np.isfinite(force).all(axis=1) & np.isfinite(np.asarray(stream.orientation)).all(axis=1)
+    return _on_grid(stream, grid, good, force)
+
+
+def turning(stream: InertialStream, grid: Float[np.ndarray, "t"]) -> WorldMotion | None:
+    """As `world_motion`, for sensors without accelerations too: those are zero."""
+    good = np.isfinite(np.asarray(stream.orientation, float)).all(axis=1)
+    return _on_grid(stream, grid, good, np.zeros((len(good), 3)))
+
+
+def _on_grid(
+    stream: InertialStream, grid: np.ndarray, good: np.ndarray, force: np.ndarray
+) -> WorldMotion | None:
+    time, quat = np.asarray(stream.time, float), np.asarray(stream.orientation, float)
     if good.sum() < 2 or len(grid) < 4 * _RATE_HZ / _CUTOFF_HZ:
         return None
     time, quat, force = time[good], quat[good], force[good]
