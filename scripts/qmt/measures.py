@@ -10,7 +10,7 @@ from qmt.ranges import RANGES
 STANDING = {"start": (0.2, 1.8), "after sitting": (46.0, 47.3), "before running": (52.7, 53.6)}
 SITTING = ((18.0, 20.0), (36.0, 38.0))
 # Segments whose headings stay when feet do and somebody stands again.
-_TRUNK = ("Pelvis", "L3", "T8")
+_TRUNK = ("Pelvis", "L5", "T8")
 _LEGS = tuple(s + n for s in ("Right", "Left") for n in ("UpperLeg", "LowerLeg", "Foot"))
 
 
