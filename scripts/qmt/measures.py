@@ -7,7 +7,7 @@ import numpy as np
 from qmt.ranges import RANGES
 
 # Standing upright and still, as the first second is [s]; and sitting still, from .. to.
-STANDING = {"start": (0.2, 1.8), "after sitting": (46.0, 47.3), "before running": (52.7, 53.6)}
+STANDING = {"start": (0.2, 1.8), "after sitting": (46.0, 47.3), "before walking": (52.7, 53.6)}
 SITTING = ((18.0, 20.0), (36.0, 38.0))
 # Segments whose headings stay when feet do and somebody stands again.
 _TRUNK = ("Pelvis", "L5", "T8")

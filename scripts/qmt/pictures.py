@@ -11,8 +11,8 @@ STRETCHES = (
     ("stands, walks, sits down", 4.6, 13.0),
     ("gets up and walks", 39.0, 44.5),
     ("stands", 47.5, 53.0),
-    ("starts to run", 54.8, 58.0),
-    ("runs", 61.0, 62.2),
+    ("starts to walk", 54.8, 58.0),
+    ("walks briskly", 61.0, 62.2),
     ("turns", 98.2, 99.9),
 )
 
