@@ -13,13 +13,15 @@ from mocap_jax.recording import InertialStream, Recording
 
 # Poses fitted over a motion: enough to see a sensor that disagrees.
 _POSES, _AT_REST = 300, 5
+# Between them a motion may go far: each starts from the one before.
+_ONE_BY_ONE = OrientationPassOptions(warm_start=True)
 
 
 def pose_at_rest(result: MountingCalibration, stated: np.ndarray) -> MountingCalibration:
     """With the pose at rest in which all sensors are as measured: limbs turned, else as stated."""
     start, end = result.rest
     at_rest = _sampled(result.recording, np.linspace(start, end, _AT_REST))
-    fit = orientation_pass(at_rest, result.body, start=stated)
+    fit = orientation_pass(at_rest, result.body, start=stated, options=_ONE_BY_ONE)
     return dataclasses.replace(result, pose=np.asarray(fit.trajectory.q)[_AT_REST // 2])
 
 
@@ -28,9 +30,7 @@ def sensor_misfits(result: MountingCalibration) -> MountingCalibration:
     first, last = result.recording.interval
     times = np.linspace(first, last, _POSES)
     motion = _sampled(result.recording, times)
-    # From pose to pose a motion may go far: each starts from the pose at rest.
-    options = OrientationPassOptions(seed_every=1, warm_start=True)
-    fit = orientation_pass(motion, result.body, start=result.pose, options=options)
+    fit = orientation_pass(motion, result.body, start=result.pose, options=_ONE_BY_ONE)
     sensors = tuple(
         dataclasses.replace(
             s, misfit=float(fit.statistics.get(f"orientation/{s.sensor}", {}).get("rms", np.nan))
