@@ -76,9 +76,6 @@ def test_mounting_and_headings_come_out(folder: Path, capsys):
         assert sensor["heading_std_deg"] < 25 and sensor["misfit_deg"] < 6
         R = Rotation.from_matrix(sensor["R_segment_sensor"])
         assert np.rad2deg((R * MOUNTED[name].inv()).magnitude()) < 6
-    arms = found["sensors"]["s2"]["joint"]["lever_arms_m"]
-    for name, arm in zip(("s1", "s2"), arms, strict=True):
-        np.testing.assert_allclose(arm, -MOUNTED[name].inv().apply(PLACES[name]), atol=0.05)
     worn = read_recording(folder / "worn.mcap")
     assert worn.body_xml is not None and worn.setup.rest is not None
 

@@ -153,7 +153,7 @@ def _along_tree(
             continue
         joint = joints.get(sensor)
         known = joint is not None and joint.known
-        angle = joint.angle if joint is not None and known else 0.0
+        angle = joint.angle if joint is not None else 0.0
         heading[sensor] = float(np.angle(np.exp(1j * (heading[up] + angle))))
         std[sensor] = float(min(np.hypot(std[up], joint.std if joint else np.pi), np.pi))
         if not known:

@@ -40,6 +40,8 @@ _ROUNDS = 6
 # stride to stride. A share of what the two accelerations differ by, and at least so much [rad] (on
 # real recordings, headings found from walking and from running apart differ by 5 to 10 degrees).
 _IN_STEP, _SYSTEMATIC = 0.3, np.deg2rad(5.0)
+# Where they differ by more than they are, they have nothing in common: no heading is told.
+_UNLIKE = 1.25
 # Below this a recording tells no heading [rad].
 _UNKNOWN = np.deg2rad(40.0)
 
@@ -147,6 +149,7 @@ def joint_heading(first: WorldMotion, second: WorldMotion) -> JointHeading:
     left = fit.residual(angle, ways)
     share = np.sqrt((weight * (left**2).sum(1)).sum() / (weight * around**2).sum())
     std = np.hypot(fit.deviation(angle, ways, weight), np.hypot(_SYSTEMATIC, _IN_STEP * share))
+    std = std if share < _UNLIKE else np.pi
     return JointHeading(
         float(np.mod(angle + np.pi, 2 * np.pi) - np.pi),
         float(min(std, np.pi)),
