@@ -20,7 +20,6 @@
 # the folder `MOCAP_JAX_DATA`.
 
 # %%
-import dataclasses
 import os
 from pathlib import Path
 
@@ -32,18 +31,6 @@ from mocap_jax.report.strip import motion_strip
 
 mj.enable_compilation_cache()
 data = Path(os.environ.get("MOCAP_JAX_DATA", "../shared/data"))
-
-
-# %%
-def cut(recording, start, end):
-    """Part of a recording, between two times [s]."""
-    streams = {}
-    for name, stream in recording.inertial.items():
-        keep = (np.asarray(stream.time) >= start) & (np.asarray(stream.time) <= end)
-        fields = {f.name: getattr(stream, f.name)[keep] for f in dataclasses.fields(stream)}
-        streams[name] = dataclasses.replace(stream, **fields)
-    return dataclasses.replace(recording, inertial=streams)
-
 
 # %% [markdown]
 # ## OpenSense: orientations and an OpenSim model
@@ -75,7 +62,7 @@ print(worn)
 # angles)` writes it for OpenSim.
 
 # %%
-angles = mj.orientation_pass(cut(worn.recording, 8.0, 11.0), worn.body, start=worn.pose)
+angles = mj.orientation_pass(mj.cut(worn.recording, 8.0, 11.0), worn.body, start=worn.pose)
 table = angles.to_dataframe()
 figure, axes = plt.subplots(1, 2, figsize=(9, 3), sharey=True, layout="constrained")
 for axis, side, word in zip(axes, "rl", ("right", "left"), strict=True):
@@ -103,7 +90,7 @@ raw = mj.convert(
     mapping="qmt_full_body",
     options=mj.ConvertOptions(orientation="vqf"),
 )
-part = cut(raw, 0.0, 14.0)
+part = mj.cut(raw, 0.0, 14.0)
 print(f"heading: {raw.setup.provenance['heading']}")
 
 # %% [markdown]
@@ -132,7 +119,7 @@ plt.show()
 # orientations of VQF only make the start.
 
 # %%
-recording = cut(suit.recording, *part.interval)
+recording = mj.cut(suit.recording, *part.interval)
 frames = mj.OrientationPassOptions(rate_hz=25.0)
 first = mj.orientation_pass(recording, suit.body, start=suit.pose, options=frames)
 options = mj.OptimiseOptions(

@@ -31,13 +31,11 @@ def calibrate(file: Path, height: float):
 
 def solve(calibration, seconds: float | None, rate_hz: float, keep: Path | None, say) -> Estimates:
     """The three estimates, each read from the folder `keep` if it is there already."""
-    from opensense.data import cut
-
     import mocap_jax as mj
 
     recording = calibration.recording
     if seconds is not None:
-        recording = cut(recording, 0.0, seconds)
+        recording = mj.cut(recording, None, seconds)
     solutions = {}
     for name in NAMES:
         file = keep / f"{name.replace(', ', '_').replace(' ', '_')}.mcap" if keep else None

@@ -16,7 +16,7 @@ CHEAP = ("cut", "evaluate", "info", "export", "report", "view", "simulate", "con
 COSTLY = {
     "demo": "tests/cli/test_demo.py", "decode": "tests/cli/test_decode.py",
     "place": "tests/cli/test_place.py", "reconstruct": "tests/cli/test_verbs.py",
-    "batch": "tests/cli/test_batch.py",
+    "batch": "tests/cli/test_batch.py", "calibrate": "tests/cli/test_calibrate_mounting.py",
 }  # fmt: skip
 """Verbs whose examples take long, and what tests them on less."""
 
