@@ -86,7 +86,7 @@ def test_mounting_and_headings_come_out(folder: Path, capsys):
         (["--headings", "magnetic"], "auto, own, common"),
         (["--facing", "s1"], "SENSOR:AXIS"),
         (["--facing", "s9:x"], "s9"),
-        (["--time", "99"], "valid: 0 to"),
+        (["--time", "99"], "valid: 0.00 to 14.98 s"),
         (["--time", "10"], "nobody is still"),
         (["--pose", "lying"], "reference, declared"),
         (["--pose", "declared"], "declares no rest hold"),

@@ -133,7 +133,7 @@ def test_calibrate_to_pose_warns_of_a_wrong_heading(recorded, segments):
 def test_times_outside_the_recording_are_refused(recorded, segments):
     body = mj.builtin_motion("walking").body
     last = recorded.interval[1]
-    with pytest.raises(InputError, match=f"valid: 0 to {last:g} s"):
+    with pytest.raises(InputError, match=f"valid: 0.01 to {last:.2f} s"):
         mj.calibrate_mounting(recorded, body, segments, time=99.0)
     with pytest.raises(InputError, match=r"from 0\.?\d* to .*valid"):
         mj.calibrate_to_pose(recorded, body, segments, time=99.0)

@@ -30,7 +30,7 @@ def rest_interval(recording: Recording, time: float | None) -> tuple[float, floa
     if time is not None:
         if not first <= time <= last:
             raise InputError(
-                f"time {time:g} s is outside the recording; valid: {first:g} to {last:g} s"
+                f"time {time:g} s is outside the recording; valid: {first:.2f} to {last:.2f} s"
             )
         start, end = max(time - _HALF, first), min(time + _HALF, last)
     elif recording.setup.rest is not None:
