@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import ConstantsOptions as ConstantsOptions
     from mocap_jax.estimate import ContactOptions as ContactOptions
     from mocap_jax.estimate import EkfOptions as EkfOptions
+    from mocap_jax.estimate import MountingCalibration as MountingCalibration
     from mocap_jax.estimate import NoiseOptions as NoiseOptions
     from mocap_jax.estimate import Odometry as Odometry
     from mocap_jax.estimate import OptimiseOptions as OptimiseOptions
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import SingleImuOptions as SingleImuOptions
     from mocap_jax.estimate import UserResidual as UserResidual
     from mocap_jax.estimate import absolute_position as absolute_position
+    from mocap_jax.estimate import calibrate_mounting as calibrate_mounting
     from mocap_jax.estimate import check_residual as check_residual
     from mocap_jax.estimate import differentiable as differentiable
     from mocap_jax.estimate import differentiable_ekf as differentiable_ekf
@@ -133,12 +135,12 @@ _HOME = {
     "conversion": ("ConvertOptions", "convert", "worn_by"),
     "errors": ("InputError", "MocapError", "SolveError"),
     "estimate": (
-        "AnchorRanges", "ConstantsOptions", "ContactOptions", "EkfOptions", "NoiseOptions",
-        "Odometry", "OptimiseOptions", "OrientationPassOptions", "PriorOptions", "RangeOnlyOptions",
-        "SingleImuOptions", "UserResidual", "absolute_position", "check_residual",
-        "differentiable", "differentiable_ekf", "ekf", "joint_axes", "magnetic_heading", "optimise",
-        "orientation_pass", "range_only_path", "smooth_orientation", "sparse_options",
-        "table1_options", "ukf",
+        "AnchorRanges", "ConstantsOptions", "ContactOptions", "EkfOptions", "MountingCalibration",
+        "NoiseOptions", "Odometry", "OptimiseOptions", "OrientationPassOptions", "PriorOptions",
+        "RangeOnlyOptions", "SingleImuOptions", "UserResidual", "absolute_position",
+        "calibrate_mounting", "check_residual", "differentiable", "differentiable_ekf", "ekf",
+        "joint_axes", "magnetic_heading", "optimise", "orientation_pass", "range_only_path",
+        "smooth_orientation", "sparse_options", "table1_options", "ukf",
     ),
     "kalman": ("SigmaPoints",),
     "initialise": (

@@ -13,8 +13,10 @@ NOTEBOOKS = sorted((Path(__file__).resolve().parents[1] / "notebooks").glob("*.p
 
 
 @pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda p: p.stem)
-def test_notebook_runs(notebook: Path, tmp_path: Path):
+def test_notebook_runs(notebook: Path, tmp_path: Path, request: pytest.FixtureRequest):
     environment = {**os.environ, "MPLBACKEND": "agg"}
+    if "MOCAP_JAX_DATA" in notebook.read_text(encoding="utf-8"):
+        environment["MOCAP_JAX_DATA"] = str(request.getfixturevalue("shared_data").resolve())
     made = tmp_path / f"{notebook.stem}.ipynb"
     for command in (
         ["jupytext", "--to", "ipynb", "--output", str(made), str(notebook)],

@@ -118,7 +118,11 @@ def _on_skeleton(recording: Recording, body: Body, source: Path) -> tuple[Record
 
 def _suspicions(recording: Recording, body: Body | None) -> tuple[str, ...]:
     """Sensors that look swapped, turned, cut short or of wrong unit."""
+    from mocap_jax.estimate.inputs import mounting_remarks
     from mocap_jax.initialise import check_sensors
     from mocap_jax.recording import ragged_ends
 
-    return (*check_sensors(recording, body).sentences, *ragged_ends(recording))
+    return (
+        *mounting_remarks(recording), *check_sensors(recording, body).sentences,
+        *ragged_ends(recording),
+    )  # fmt: skip

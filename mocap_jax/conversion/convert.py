@@ -162,7 +162,7 @@ def _on_body(
     if "mounting" in recording.setup.provenance:
         told = (
             "Mounting is nominal where the mapping has no position and orientation: sensors are "
-            "yet to be aligned with their segments.",
+            "yet to be aligned with their segments (mocap-jax calibrate mounting).",
         )
     if poses is None or recording.body_xml is None:
         return recording, told

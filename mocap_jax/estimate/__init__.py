@@ -8,6 +8,11 @@ from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.joint_axes import joint_axes
 from mocap_jax.estimate.magnetic_heading import magnetic_heading
+from mocap_jax.estimate.mounting import (
+    MountingCalibration,
+    SensorMounting,
+    calibrate_mounting,
+)
 from mocap_jax.estimate.orientation_options import OrientationPassOptions
 from mocap_jax.estimate.orientation_pass import orientation_pass
 from mocap_jax.estimate.range_only import (
@@ -35,9 +40,10 @@ from mocap_jax.estimate.whole_sequence_options import (
 
 __all__ = [
     "AnchorRanges", "ConstantsOptions", "ContactOptions", "DerivativeReport", "EkfOptions",
-    "NoiseOptions", "Odometry", "OptimiseOptions", "OrientationPassOptions", "PriorOptions",
-    "RangeOnlyOptions", "RangeOnlySolution", "SingleImuOptions", "SingleImuSolution",
-    "UserResidual", "absolute_position", "check_residual", "differentiable", "differentiable_ekf",
-    "ekf", "joint_axes", "magnetic_heading", "optimise", "orientation_pass", "range_only_path",
-    "smooth_orientation", "sparse_options", "table1_options", "ukf",
+    "MountingCalibration", "NoiseOptions", "Odometry", "OptimiseOptions", "OrientationPassOptions",
+    "PriorOptions", "RangeOnlyOptions", "RangeOnlySolution", "SensorMounting", "SingleImuOptions",
+    "SingleImuSolution", "UserResidual", "absolute_position", "calibrate_mounting",
+    "check_residual", "differentiable", "differentiable_ekf", "ekf", "joint_axes",
+    "magnetic_heading", "optimise", "orientation_pass", "range_only_path", "smooth_orientation",
+    "sparse_options", "table1_options", "ukf",
 ]  # fmt: skip

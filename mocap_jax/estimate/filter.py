@@ -25,6 +25,7 @@ from mocap_jax.estimate.inputs import (
     body_of,
     gauge_remarks,
     measures_orientation,
+    mounting_remarks,
     uses_root,
 )
 from mocap_jax.initialise import RestEstimate, rest_pose
@@ -109,6 +110,7 @@ def run_ekf(
         method=_method(options, sigma_points),
         setup=recording.setup,
         remarks=(
+            *mounting_remarks(recording),
             *rest.remarks,
             *remarks,
             *gauge_remarks(use_root, kinds=options.kinds, oriented=oriented),

@@ -71,3 +71,15 @@ def gauge_remarks(
         f"Root free: its {what} {come} {where}{alone}{slowly}; {tied} tied to the declared pose at "
         f"the start{known}.",
     )
+
+
+def mounting_remarks(recording: Recording) -> tuple[str, ...]:
+    """What to say of a recording whose sensors nobody has aligned with their segments."""
+    stated = str(recording.setup.provenance.get("mounting", ""))
+    if not stated.startswith("nominal"):
+        return ()
+    return (
+        f"Mounting is {stated}. Joint angles are wrong by as much as the sensors are turned on "
+        "their segments, often by 90 degrees: calibrate first (mocap-jax calibrate mounting, or "
+        "calibrate_mounting and calibrate_to_pose in Python).",
+    )

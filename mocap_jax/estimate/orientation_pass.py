@@ -17,7 +17,7 @@ from mocap_jax.body import Body
 from mocap_jax.errors import InputError, SolveError
 from mocap_jax.estimate.central_velocity import central_velocity
 from mocap_jax.estimate.compile_clock import CompileClock
-from mocap_jax.estimate.inputs import body_of, uses_root
+from mocap_jax.estimate.inputs import body_of, mounting_remarks, uses_root
 from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.orientation_frame import (
     FrameFit,
@@ -221,7 +221,7 @@ def _solution(
         status=status if finite else Status.DIVERGED,
         method=METHOD,
         setup=recording.setup,
-        remarks=(*recording.salvage, *remarks),
+        remarks=(*recording.salvage, *mounting_remarks(recording), *remarks),
         observed=observed_joints(body, data),
         cost=(0.5 * float(fit.cost.sum()),),
         iterations=int(fit.iterations.sum()),

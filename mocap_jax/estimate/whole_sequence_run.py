@@ -12,7 +12,7 @@ from mocap_jax.body import Body
 from mocap_jax.errors import SolveError
 from mocap_jax.estimate.central_velocity import central_velocity
 from mocap_jax.estimate.constant_names import calibration, constant_places
-from mocap_jax.estimate.inputs import gauge_remarks
+from mocap_jax.estimate.inputs import gauge_remarks, mounting_remarks
 from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.outcome_status import STATUS_OF
 from mocap_jax.estimate.rest_biases import read_in_the_hold, rest_biases
@@ -190,7 +190,12 @@ class Run:
             status=status,
             method="optimise",
             setup=recording.setup,
-            remarks=(*recording.salvage, *remarks, *self._gauge(root_given)),
+            remarks=(
+                *recording.salvage,
+                *mounting_remarks(recording),
+                *remarks,
+                *self._gauge(root_given),
+            ),  # fmt: skip
             covariance=covariance,
             pair_covariance=pairs,
             observed=observed_joints(self.body, self.data),

@@ -11,6 +11,7 @@ orientations may first be turned about the vertical, until an axis of one sensor
 from __future__ import annotations
 
 import dataclasses
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
@@ -23,11 +24,16 @@ from scipy.spatial.transform import Rotation
 from mocap_jax.body import Body, frames, load_body
 from mocap_jax.body.mjcf_text import numbers
 from mocap_jax.errors import InputError, unknown_name
+from mocap_jax.initialise.mounting.headings import facing_of_hinges
 from mocap_jax.recording import InertialStream, Recording, SensorSpec
 
-_AXES = ("x", "-x", "y", "-y", "z", "-z")
+AXES = ("x", "-x", "y", "-y", "z", "-z")
 # An axis this close to the vertical tells no heading (sine of the angle between them).
 _UPRIGHT = 0.1
+# A time may be so far from the first or last measured orientation [s].
+_NEAR = 0.05
+# A facing that is off by more than this, and three deviations, is told [rad].
+_FACING = np.deg2rad(35.0)
 
 
 @dataclass(frozen=True)
@@ -73,15 +79,22 @@ def calibrate_to_pose(
         segments: segment of each sensor.
         pose: q at that time; default the body's reference pose. Its root decides where the body
             faces in the world.
-        time: when [s]; default each sensor's first measured orientation.
+        time: when [s], within the recording; default each sensor's first measured orientation.
         heading: turn all orientations about the vertical first; default not at all.
         positions: of sensors on their segments [m]; default the segment's centre of mass (or where
             the site is). Orientations do not depend on it; accelerations do.
 
+    Warns:
+        UserWarning: knees or elbows bend about axes that this heading has elsewhere. Joint angles
+            would be wrong by that (`calibrate_mounting` finds headings itself, and tells the
+            misfit of each sensor).
+
     Raises:
-        InputError: an unknown sensor, segment or axis, or nothing measured.
+        InputError: an unknown sensor, segment or axis, a time outside the recording, or nothing
+            measured.
     """
     _check(recording, body, segments, heading)
+    _check_time(recording, segments, time)
     q = np.asarray(body.qpos0 if pose is None else pose)
     if q.shape != (body.nq,):
         raise InputError(f"pose must be {body.nq} numbers, as q of this body, not {q.shape}")
@@ -90,15 +103,19 @@ def calibrate_to_pose(
     turn = 0.0
     if heading is not None:
         root = body.topology.body_parent.index(0, 1)
-        turn = _heading(measured[heading.sensor], R_world_segment[root], heading)
+        turn = turn_to_forward(measured[heading.sensor], R_world_segment[root], heading)
     R_turn = Rotation.from_euler("z", turn)
     R_segment_sensor = {
         s: R_world_segment[body.topology.body_index(b)].T @ (R_turn * measured[s]).as_matrix()
         for s, b in segments.items()
     }
-    streams = {s: _turned(recording.inertial[s], R_turn) for s in segments}
-    mounted = _with_sites(body, segments, R_segment_sensor, positions or {})
-    setup = dataclasses.replace(recording.setup, sensors=_specs(recording, segments))
+    streams = {s: turned_stream(recording.inertial[s], R_turn) for s in segments}
+    mounted = with_sites(body, segments, R_segment_sensor, positions or {})
+    setup = dataclasses.replace(
+        recording.setup, sensors=specs_on_sites(recording, segments),
+        provenance=recording.setup.provenance | {"mounting": "calibrated to a pose"},
+    )  # fmt: skip
+    _warn_of_facing(streams, body, segments, q, time, heading)
     turned = dataclasses.replace(recording, inertial=streams, setup=setup, body_xml=mounted.xml)
     return PoseCalibration(turned, mounted, R_segment_sensor, turn)
 
@@ -115,10 +132,45 @@ def _check(
             )
     if heading is not None and heading.sensor not in segments:
         raise unknown_name("heading: sensor", heading.sensor, tuple(segments))
-    if heading is not None and heading.axis not in _AXES:
-        raise unknown_name("heading: axis", heading.axis, _AXES)
+    if heading is not None and heading.axis not in AXES:
+        raise unknown_name("heading: axis", heading.axis, AXES)
     if heading is not None and heading.rule not in ("horizontal", "opensense"):
         raise unknown_name("heading: rule", heading.rule, ("horizontal", "opensense"))
+
+
+def _check_time(recording: Recording, segments: Mapping[str, str], time: float | None) -> None:
+    if time is None:
+        return
+    for sensor in segments:
+        times = np.asarray(recording.inertial[sensor].time)
+        known = times[np.isfinite(np.asarray(recording.inertial[sensor].orientation)).all(axis=1)]
+        if len(known) and not known[0] - _NEAR <= time <= known[-1] + _NEAR:
+            raise InputError(
+                f"time {time:g} s: sensor '{sensor}' measures orientations from {known[0]:g} to "
+                f"{known[-1]:g} s; valid: a time in between"
+            )
+
+
+def _warn_of_facing(
+    streams: Mapping[str, InertialStream], body: Body, segments: Mapping[str, str], q: np.ndarray,
+    time: float | None, heading: Heading | None,
+) -> None:  # fmt: skip
+    """Where hinges that bend say that the body faces elsewhere, say so."""
+    known = [
+        np.asarray(s.time)[np.isfinite(np.asarray(s.orientation)).all(axis=1)]
+        for s in streams.values()
+    ]
+    at = max(t[0] for t in known) if time is None else time
+    found = facing_of_hinges(streams, body, segments, q, at)
+    if found is None or abs(found.angle) < max(_FACING, 3 * found.std):
+        return
+    said = "without a heading" if heading is None else f"with heading {heading}"
+    warnings.warn(
+        f"calibrate_to_pose: {found.source} are {np.rad2deg(abs(found.angle)):.0f} +- "
+        f"{np.rad2deg(found.std):.0f} deg about the vertical from where the body has them "
+        f"{said}: joint angles will be wrong by that; see calibrate_mounting",
+        UserWarning, stacklevel=3,
+    )  # fmt: skip
 
 
 def _orientation_at(stream: InertialStream, sensor: str, time: float | None) -> Rotation:
@@ -131,7 +183,7 @@ def _orientation_at(stream: InertialStream, sensor: str, time: float | None) -> 
     return Rotation.from_quat(quat[at], scalar_first=True)
 
 
-def _heading(R_world_sensor: Rotation, R_world_root: np.ndarray, heading: Heading) -> float:
+def turn_to_forward(R_world_sensor: Rotation, R_world_root: np.ndarray, heading: Heading) -> float:
     """Turn about the vertical that brings the sensor's axis to the root's x axis [rad]."""
     sign = -1.0 if heading.axis.startswith("-") else 1.0
     axis = sign * R_world_sensor.as_matrix()[:, "xyz".index(heading.axis[-1])]
@@ -147,7 +199,8 @@ def _heading(R_world_sensor: Rotation, R_world_root: np.ndarray, heading: Headin
     return float(turn)
 
 
-def _turned(stream: InertialStream, R_turn: Rotation) -> InertialStream:
+def turned_stream(stream: InertialStream, R_turn: Rotation) -> InertialStream:
+    """The stream with its orientations turned in the world."""
     quat = np.array(stream.orientation)
     known = np.isfinite(quat).all(axis=1)
     if known.any():
@@ -156,7 +209,7 @@ def _turned(stream: InertialStream, R_turn: Rotation) -> InertialStream:
     return dataclasses.replace(stream, orientation=quat)
 
 
-def _specs(recording: Recording, segments: Mapping[str, str]) -> tuple[SensorSpec, ...]:
+def specs_on_sites(recording: Recording, segments: Mapping[str, str]) -> tuple[SensorSpec, ...]:
     """One a sensor, on the site of its own name."""
     given = {s.name: s for s in recording.setup.sensors}
     specs = []
@@ -168,7 +221,7 @@ def _specs(recording: Recording, segments: Mapping[str, str]) -> tuple[SensorSpe
     return tuple(specs)
 
 
-def _with_sites(
+def with_sites(
     body: Body, segments: Mapping[str, str], R_segment_sensor: Mapping[str, np.ndarray],
     positions: Mapping[str, tuple[float, float, float]],
 ) -> Body:  # fmt: skip

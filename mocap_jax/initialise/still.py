@@ -29,11 +29,12 @@ def find_still(recording: Recording, options: RestOptions) -> Still:
     """The declared rest hold, or the stillest window at the start."""
     rest = recording.setup.rest
     if rest is not None:
-        return Still(rest.start, rest.end, True, _rate(recording, rest.start, rest.end), True)
+        rate = rate_within(recording, rest.start, rest.end)
+        return Still(rest.start, rest.end, True, rate, True)
     first = recording.interval[0]
     last = max(first + options.search - options.window, first)
     starts = np.arange(first, last + 1e-9, 0.05)
-    rates = [_rate(recording, s, s + options.window) for s in starts]
+    rates = [rate_within(recording, s, s + options.window) for s in starts]
     best = int(np.argmin(rates))
     start = float(starts[best])
     return Still(
@@ -47,8 +48,11 @@ def within(stream: InertialStream, start: float, end: float) -> slice:
     return slice(int(np.searchsorted(time, start)), int(np.searchsorted(time, end, "right")))
 
 
-def _rate(recording: Recording, start: float, end: float) -> float:
-    """RMS rate with small constant offsets tolerated, so that a biased board still looks still."""
+def rate_within(recording: Recording, start: float, end: float) -> float:
+    """RMS angular rate of all sensors, small constant offsets tolerated [rad/s]; inf without any.
+
+    A biased board still looks still.
+    """
     squares = []
     for stream in recording.inertial.values():
         rate = np.asarray(stream.gyroscope)[within(stream, start, end)]

@@ -154,16 +154,39 @@ def _rest(table: dict[str, Any], name: str) -> RestHold:
     end = number(table["end"], name, "rest.end")
     if not end > start:
         raise InputError(f"{name}: rest.end ({end:g} s) must be after rest.start ({start:g} s)")
+    return RestHold(
+        start, end, _pose(sub_table(table, "pose", f"{name}: [rest]"), name, "rest.pose.")
+    )
+
+
+def _pose(table: dict[str, Any], name: str, where: str) -> dict[str, tuple[float, ...]]:
     pose = {}
-    for joint, value in sub_table(table, "pose", f"{name}: [rest]").items():
+    for joint, value in table.items():
         values = value if isinstance(value, list) else [value]
         if len(values) not in (1, 4, 7):
             raise InputError(
-                f"{name}: rest.pose.{joint} has {len(values)} numbers; a hinge or slide joint has "
+                f"{name}: {where}{joint} has {len(values)} numbers; a hinge or slide joint has "
                 "1, a ball joint 4 (wxyz), a free joint 7 (xyz, wxyz)"
             )
-        pose[joint] = tuple(number(v, name, f"rest.pose.{joint}") for v in values)
-    return RestHold(start, end, pose)
+        pose[joint] = tuple(number(v, name, f"{where}{joint}") for v in values)
+    return pose
+
+
+def read_pose(path: str | os.PathLike[str]) -> dict[str, tuple[float, ...]]:
+    """Coordinates of joints from a TOML file, as `[rest.pose]` has them: `joint = [numbers]`.
+
+    Raises:
+        InputError: the file is missing, not TOML, or has a joint with wrong numbers.
+    """
+    try:
+        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise InputError(
+            f"{path}: no such pose file; valid: reference, declared, or a TOML file of joints"
+        ) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not valid TOML: {error}") from error
+    return _pose(table, str(path), "")
 
 
 def _provenance(table: dict[str, Any], name: str) -> dict[str, str | float | int | bool]:

@@ -87,15 +87,25 @@ def rig(folder: Path, data: Callable[[], Path]) -> None:
     mj.write_recording(folder / "two_sensors.mcap", recording)
 
 
+def qmt(folder: Path, data: Callable[[], Path]) -> None:
+    """The first steps of qmt's full-body recording, with orientations by VQF."""
+    source = data() / "qmt_full_body_16imu" / "full_body_example_data.mat"
+    if not source.is_file():
+        pytest.skip("the recording of qmt is absent")
+    options = mj.ConvertOptions(orientation="vqf")
+    whole = mj.convert(source, mapping="qmt_full_body", options=options)
+    mj.write_recording(folder / "qmt.mcap", mj.cut(whole, None, 9.0))
+
+
 SETTINGS = {
     "human": nothing, "cutting": nothing, "converting": opensense, "opensim": opensense,
     "README": demo, "uncertainty": demo, "self_calibration": demo, "derivatives": demo,
-    "sparse_inertial_poser": nothing, "broad": broad,
+    "sparse_inertial_poser": nothing, "broad": broad, "mounting": qmt, "full_body_imu": qmt,
     "joints": rig,
 }  # fmt: skip
 SLOW = {
     "README", "uncertainty", "self_calibration", "derivatives", "sparse_inertial_poser", "broad",
-    "joints",
+    "mounting", "full_body_imu", "joints",
 }  # fmt: skip
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from mocap_jax.io.convert.convention import (
 )
 from mocap_jax.io.convert.mapping import Mapping, Worn
 from mocap_jax.io.convert.segments import segment_of
-from mocap_jax.io.convert.source import SensorSamples, Source
+from mocap_jax.io.convert.source import RootSamples, SensorSamples, Source
 from mocap_jax.recording import (
     InertialStream,
     MagneticStream,
@@ -28,7 +29,15 @@ from mocap_jax.recording import (
     RootStream,
     SensorSpec,
     Setup,
+    Truth,
 )
+from mocap_jax.trajectory import Trajectory
+
+_ONE_SEGMENT = (
+    '<mujoco><worldbody><body name={name}><freejoint name="root"/><inertial pos="0 0 0" '
+    'mass="0.1" diaginertia="1e-5 1e-5 1e-5"/><site name={name}/></body></worldbody></mujoco>'
+)
+"""Body of a sensor that nobody wears."""
 
 
 def worn_sensors(source: Source, mapping: Mapping | None) -> dict[str, Worn]:
@@ -99,10 +108,10 @@ def recording_of(
     return Recording(
         inertial=inertial,
         ranges=None,
-        root=_root(source, convention, start),
+        root=_measured_root(source, convention, start),
         magnetic=magnetic,
         temperature=None,
-        truth=None,
+        truth=_truth(source, convention, start, [w.name for w in worn.values()]),
         setup=Setup(
             sensors=tuple(
                 SensorSpec(worn[s.identity].name, worn[s.identity].name, s.rate_hz) for s in chosen
@@ -149,14 +158,32 @@ def _magnetic(sensor: SensorSamples, convention: Convention, start: float) -> Ma
     )
 
 
-def _root(source: Source, convention: Convention, start: float) -> RootStream | None:
-    """The measured root pose, its missing samples left out."""
-    if source.root is None:
+def _measured_root(source: Source, convention: Convention, start: float) -> RootStream | None:
+    """The measured root pose; None where there is none, or where it is the truth."""
+    if source.root is None or source.root.truth:
         return None
-    orientation = to_orientation(source.root.orientation, convention, f"{source.name}: root")
-    position = np.asarray(source.root.position, float) @ WORLD_UPS[convention.world_up].T
+    return RootStream(*_root(source.root, convention, start, source.name))
+
+
+def _truth(
+    source: Source, convention: Convention, start: float, names: list[str]
+) -> Truth | None:  # fmt: skip
+    """The reference of the only sensor, as the motion of a body of one segment."""
+    if source.root is None or not source.root.truth:
+        return None
+    time, position, orientation = _root(source.root, convention, start, source.name)
+    q = np.concatenate([position, orientation], axis=1)
+    return Truth(Trajectory(time, q), _ONE_SEGMENT.format(name=quoteattr(names[0])))
+
+
+def _root(
+    root: RootSamples, convention: Convention, start: float, where: str
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times, positions and orientations, missing samples left out."""
+    orientation = to_orientation(root.orientation, convention, f"{where}: root")
+    position = np.asarray(root.position, float) @ WORLD_UPS[convention.world_up].T
     good = np.isfinite(orientation).all(axis=1) & np.isfinite(position).all(axis=1)
-    return RootStream(source.root.time[good] - start, position[good], orientation[good])
+    return root.time[good] - start, position[good], orientation[good]
 
 
 def _worn_facts(worn: dict[str, Worn]) -> dict[str, str | float | int | bool]:

@@ -30,6 +30,7 @@ mount_orientation = [1.0, 0.0, 0.0, 0.0] # R_segment_sensor (wxyz)
 [root]                                   # an externally measured pose of the root segment
 position = "opt_pos"
 orientation = "opt_quat"
+truth = true                             # a reference of the only sensor, no measurement
 """
 
 from __future__ import annotations
@@ -81,6 +82,8 @@ class ColumnMapping:
     remark: str = ""
     """Said after every conversion with this mapping."""
     root: dict[str, list[str]] = field(default_factory=dict)
+    root_is_truth: bool = False
+    """The root's pose is a reference, not a measurement."""
 
     @property
     def mapping(self) -> Mapping:
@@ -153,14 +156,20 @@ def _mapping(document: dict[str, Any], name: str) -> ColumnMapping:
     if twice := next((n for n in names if names.count(n) > 1), None):
         raise InputError(f"{name}: sensor '{twice}' is there twice; give each a name of its own")
     root = document.get("root", {})
-    _known(root, ("position", "orientation"), f"{name}: [root]")
-    if root and len(root) != 2:
+    _known(root, ("position", "orientation", "truth"), f"{name}: [root]")
+    truth = root.get("truth", False)
+    if not isinstance(truth, bool):
+        raise InputError(f"{name}: root.truth must be true or false")
+    columns = {k: v for k, v in root.items() if k != "truth"}
+    if root and len(columns) != 2:
         raise InputError(f"{name}: [root] needs position and orientation")
+    if truth and len(sensors) > 1:
+        raise InputError(f"{name}: root.truth is for one sensor, whose pose it is")
     return ColumnMapping(
         name, document["format"], Convention(**given).checked(name), sensors,
         document.get("time"), unit, float(rate) if isinstance(rate, int) else rate,
         str(document.get("device", "")), document.get("delimiter"), str(document.get("remark", "")),
-        {k: _columns(v, f"{name}: root.{k}") for k, v in root.items()},
+        {k: _columns(v, f"{name}: root.{k}") for k, v in columns.items()}, truth,
     )  # fmt: skip
 
 

@@ -215,4 +215,4 @@ def _root(
     orientation = _array(variables, mapping.root["orientation"], file)
     if position.shape != (len(time), 3) or orientation.shape != (len(time), 4):
         raise InputError(f"{file}: root position and orientation must be (n, 3) and (n, 4)")
-    return RootSamples(time, position, orientation)
+    return RootSamples(time, position, orientation, mapping.root_is_truth)

@@ -136,5 +136,8 @@ def _root(
     table = _table(mapping.sensors[0].file, mapping, files, tables)
     time, _ = _time(mapping.time, table, mapping, options)
     return RootSamples(
-        time, table.columns(mapping.root["position"]), table.columns(mapping.root["orientation"])
+        time,
+        table.columns(mapping.root["position"]),
+        table.columns(mapping.root["orientation"]),
+        mapping.root_is_truth,
     )

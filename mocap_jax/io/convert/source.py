@@ -52,6 +52,8 @@ class RootSamples:
     position: Float[np.ndarray, "n 3"]
     """[m]"""
     orientation: Float[np.ndarray, "n 4"]
+    truth: bool = False
+    """A reference to compare with, of the only sensor's pose; no measurement to estimate from."""
 
 
 @dataclass(frozen=True)

@@ -116,5 +116,7 @@ def test_broad(shared_data):
     assert read.setup.sensors[0].rate_hz == pytest.approx(2000 / 7)
     field = np.linalg.norm(read.magnetic["imu"].field, axis=1)
     assert 2e-5 < np.median(field) < 7e-5
-    assert read.root is not None and np.isfinite(read.root.orientation).all()
-    assert len(read.root.time) < len(read.inertial["imu"].time), "gaps of the reference"
+    assert read.root is None, "a reference is no measurement"
+    assert read.truth is not None and np.isfinite(read.truth.trajectory.q).all()
+    assert read.truth.trajectory.q.shape[1] == 7
+    assert len(read.truth.trajectory.time) < len(read.inertial["imu"].time), "gaps"
