@@ -69,14 +69,30 @@ def _side_by_side(
 ) -> Iterator[tuple[Job, dict[str, Any]]]:
     from distributed import as_completed
 
-    job_of = {client.submit(perform, work, job, pure=False, retries=0): job for job in jobs}
+    def submit(job: Job) -> Any:
+        return client.submit(perform, work, job, pure=False, retries=0)
+
+    job_of = {submit(job): job for job in jobs}
+    lost = []
     for future in as_completed(job_of):
-        job, error = job_of[future], future.exception()
-        if error is None:
-            yield job, future.result()
-        else:  # the worker died: nothing was recorded
-            why = f"its worker process ended ({describe_failure(error)})"
-            yield job, {"source": str(job.source), "solution": None, "failed": why}
+        if future.exception() is None:
+            yield job_of[future], future.result()
+        else:  # a worker died, and with it what it had done and what it was yet to do
+            lost.append(job_of[future])
+    for job in lost:
+        record = job.finished
+        if record is None:
+            record = _alone(submit(job), job)
+        yield job, record
+
+
+def _alone(future: Any, job: Job) -> dict[str, Any]:
+    """The record of a job that was lost once and runs by itself: its own fault, if again."""
+    error = future.exception()
+    if error is None:
+        return future.result()
+    why = f"its worker process ended ({describe_failure(error)})"
+    return {"source": str(job.source), "solution": None, "failed": why}
 
 
 @contextmanager

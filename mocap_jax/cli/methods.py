@@ -71,7 +71,7 @@ def solve(
         body: with the sensors' sites; default the recording's own.
         method: one of `METHODS`; "optimise" starts from the smoothed filter, "orientation" does
             the same from measured orientations alone.
-        kinds: letters of "AGDO".
+        kinds: letters of "AGDOM".
         root: "given", "free" or "auto".
         process: process noise of the filter, "white_jerk" or "paper".
         smooth: with "ekf" and "ukf", run the backward smoother as well.

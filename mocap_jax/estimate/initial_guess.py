@@ -36,7 +36,7 @@ def first_guess(
     """
     kinds = options.kinds
     if not set(kinds) & set("GO"):
-        kinds = kinds.replace("A", "")
+        kinds = kinds.replace("A", "").replace("M", "")
     if not kinds or (kinds == "D" and recording.ranges is None):
         meanwhile()
         return at_rest(recording, body, use_root=uses_root(recording, options.root))
@@ -44,7 +44,7 @@ def first_guess(
     settings = EkfOptions(
         kinds=kinds, root=options.root, smooth=smooth, covariance=False, range_model=_RANGE_MODEL,
         magnetic_north=options.magnetic_north, magnetic_sigma=options.magnetic_sigma,
-        magnetic_time=options.magnetic_time,
+        magnetic_time=options.magnetic_time, range_facing=options.noise.range_facing,
     )  # fmt: skip
     return run_ekf(recording, body, settings, progress=progress, meanwhile=meanwhile)
 

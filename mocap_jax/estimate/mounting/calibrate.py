@@ -110,9 +110,9 @@ def _check(worn: Mapping[str, str], headings: str, facing: Heading | None) -> No
 
 
 def _only(recording: Recording, worn: Mapping[str, str]) -> Recording:
-    """Without the other sensors; a root that was measured is in a world of its own."""
+    """Without the other sensors, and without a measured root: it is in a world of its own."""
     streams = {s: recording.inertial[s] for s in worn}
-    return dataclasses.replace(recording, inertial=streams)
+    return dataclasses.replace(recording, inertial=streams, root=None)
 
 
 def _says_own(recording: Recording) -> bool:
