@@ -30,7 +30,6 @@ from scipy import signal
 
 import mocap_jax as mj
 from mocap_jax.decoding import decode_raw
-from mocap_jax.io.raw_file import write_raw
 from mocap_jax.signals.telemetry.frame import BIT_RATE_HZ
 from mocap_jax.signals.ultrasonic.arrivals import DetectorOptions
 from mocap_jax.simulation.raw import RawOptions, simulate_raw
@@ -158,10 +157,7 @@ plt.show()
 # %%
 with tempfile.TemporaryDirectory() as folder:
     file = Path(folder) / "routine.raw.mcap"
-    write_raw(
-        file, raw.recording, raw.box, sample_rate_hz=raw.sample_rate_hz, wires=raw.wires,
-        pulse_time=raw.pulse_time, pulse_source=raw.pulse_source, pieces=raw.chunks(),
-    )  # fmt: skip
+    raw.write(file)
     size = file.stat().st_size
     decoded = {d: decode_raw(file, DetectorOptions(detector=d)) for d in ("matched", "inflection")}
 best = decoded["matched"]

@@ -144,6 +144,11 @@ class Topology:
         """Index of a site; raises `InputError` with the valid names."""
         return _index("site", name, self.site_names)
 
+    def by_joint(self, q: np.ndarray) -> dict[str, tuple[float, ...]]:
+        """Coordinates of a pose (nq,) by joint name, as declared poses hold them."""
+        parts = np.split(np.asarray(q), self.joint_qpos[1:])
+        return {n: tuple(map(float, p)) for n, p in zip(self.joint_names, parts, strict=True)}
+
     def joints_of_body(self, body: int) -> list[int]:
         """Joints that connect a body to its parent, in order."""
         return [j for j, b in enumerate(self.joint_body) if b == body]

@@ -121,7 +121,6 @@ def _run_raw(
     """Write the raw recording of a motion."""
     from tqdm import tqdm
 
-    from mocap_jax.io.raw_file import write_raw
     from mocap_jax.simulation.raw import simulate_raw
 
     profile = _profile(arguments.profile, figures)
@@ -132,10 +131,7 @@ def _run_raw(
     if figures is not None:
         warn_of_strangers(arguments, figures, raw.recording.setup, raw.wires)
     pieces = tqdm(raw.chunks(), desc="simulate", total=raw.pieces, disable=None)
-    write_raw(
-        output, raw.recording, raw.box, sample_rate_hz=raw.sample_rate_hz, wires=raw.wires,
-        pulse_time=raw.pulse_time, pulse_source=raw.pulse_source, pieces=pieces,
-    )  # fmt: skip
+    raw.write(output, pieces)
     print(
         f"{output}: {motion.name}, {raw.duration:.1f} s raw, {len(raw.wires)} boards, "
         f"{len(raw.recording.setup.sources)} sources, profile {arguments.profile}, "

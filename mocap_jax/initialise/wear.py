@@ -66,7 +66,7 @@ def wear(recording: Recording, body: Body) -> tuple[Recording, Body]:
     carrier = mount(body, Suit(tuple(boards), tuple(sources)))
     rest = recording.setup.rest
     if rest is not None:
-        rest = RestHold(rest.start, rest.end, _by_joint(carrier, q))
+        rest = RestHold(rest.start, rest.end, carrier.topology.by_joint(q))
     setup = dataclasses.replace(recording.setup, rest=rest)
     return dataclasses.replace(recording, setup=setup, body_xml=carrier.xml), carrier
 
@@ -76,12 +76,3 @@ def _same_pose(own: Body, own_q: np.ndarray, body: Body) -> tuple[np.ndarray, fl
     still = Trajectory(np.arange(4) / 60.0, np.tile(own_q, (4, 1)))
     fitted = retarget(Motion("rest", own, still, {}), body)
     return np.asarray(fitted.trajectory.q)[0], float(fitted.facts["scale"])
-
-
-def _by_joint(body: Body, q: np.ndarray) -> dict[str, tuple[float, ...]]:
-    topology = body.topology
-    ends = [*topology.joint_qpos[1:], topology.nq]
-    return {
-        name: tuple(float(x) for x in q[a:b])
-        for name, a, b in zip(topology.joint_names, topology.joint_qpos, ends, strict=True)
-    }

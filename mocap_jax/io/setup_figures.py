@@ -19,7 +19,7 @@ from mocap_jax.errors import InputError
 from mocap_jax.io.atomic import atomic_file
 from mocap_jax.io.calibration_toml import calibration_from_table, calibration_to_table
 from mocap_jax.io.setup_toml import SETUP_KEYS, noise_from_table
-from mocap_jax.io.toml_values import known_keys, sub_table
+from mocap_jax.io.toml_values import known_keys, setup_text, sub_table
 from mocap_jax.recording import Calibration
 
 _SUIT_KEYS = ("layout", "boards")
@@ -69,15 +69,9 @@ def update_setup_file(path: str | os.PathLike[str], figures: SetupFigures) -> No
 
 
 def _parsed(path: str | os.PathLike[str]) -> tuple[dict[str, Any], tomlkit.TOMLDocument]:
+    text = setup_text(path)
     try:
-        text = Path(path).read_text(encoding="utf-8")
         return tomllib.loads(text), tomlkit.parse(text)
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: no such set-up file") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: not a text file, so not TOML") from error
-    except OSError as error:
-        raise InputError(f"{path}: cannot read: {error.strerror}") from error
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path}: not valid TOML: {error}") from error
 

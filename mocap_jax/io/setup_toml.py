@@ -13,7 +13,7 @@ import tomli_w
 from mocap_jax.errors import InputError
 from mocap_jax.io.atomic import atomic_file
 from mocap_jax.io.calibration_toml import calibration_from_table, calibration_to_table
-from mocap_jax.io.toml_values import known_keys, number, sub_table
+from mocap_jax.io.toml_values import known_keys, number, setup_text, sub_table
 from mocap_jax.recording import NoiseFigures, RestHold, SensorSpec, Setup
 
 SETUP_KEYS = (
@@ -96,14 +96,7 @@ def read_setup(path: str | os.PathLike[str]) -> Setup:
     Raises:
         InputError: the file is missing or wrong (see `setup_from_toml`).
     """
-    try:
-        return setup_from_toml(Path(path).read_text(encoding="utf-8"), str(path))
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: no such set-up file") from error
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: not a text file, so not TOML") from error
-    except OSError as error:
-        raise InputError(f"{path}: cannot read: {error.strerror}") from error
+    return setup_from_toml(setup_text(path), str(path))
 
 
 def write_setup(path: str | os.PathLike[str], setup: Setup) -> None:

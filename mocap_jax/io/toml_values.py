@@ -2,10 +2,28 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 from mocap_jax.errors import InputError, unknown_name
+
+
+def setup_text(path: str | os.PathLike[str]) -> str:
+    """The text of a set-up file.
+
+    Raises:
+        InputError: the file is missing, cannot be read or is not text.
+    """
+    try:
+        return Path(path).read_text(encoding="utf-8")
+    except FileNotFoundError as error:
+        raise InputError(f"{path}: no such set-up file") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not a text file, so not TOML") from error
+    except OSError as error:
+        raise InputError(f"{path}: cannot read: {error.strerror}") from error
 
 
 def known_keys(table: dict[str, Any], valid: Iterable[str], name: str, where: str) -> None:

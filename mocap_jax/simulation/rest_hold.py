@@ -76,7 +76,7 @@ def perform(
     bridge = _blend(topology, held, clip[0], v[0], a[0], blend, step)
     q = np.concatenate([np.repeat(held[None], still, axis=0), bridge, clip])
     time = step * np.arange(len(q))
-    rest = RestHold(0.0, options.rest_s, _by_joint(topology, declared))
+    rest = RestHold(0.0, options.rest_s, topology.by_joint(declared))
     return Performance(time, q, rest, float(time[still + blend]), cutoff, bridged)
 
 
@@ -192,11 +192,3 @@ def tangent_difference(
         second = Rotation.from_quat(q_to[quat], scalar_first=True)
         delta[dof] = (first.inv() * second).as_rotvec()
     return delta
-
-
-def _by_joint(topology: Topology, q: np.ndarray) -> dict[str, tuple[float, ...]]:
-    ends = [*topology.joint_qpos[1:], topology.nq]
-    return {
-        name: tuple(float(x) for x in q[start:end])
-        for name, start, end in zip(topology.joint_names, topology.joint_qpos, ends, strict=True)
-    }

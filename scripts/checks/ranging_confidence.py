@@ -10,7 +10,6 @@ import numpy as np
 from clips import load_clip
 
 from mocap_jax.decoding import decode_raw
-from mocap_jax.io.raw_file import write_raw
 from mocap_jax.signals.ultrasonic.arrivals import DetectorOptions
 from mocap_jax.simulation.raw import RawSimulation, simulate_raw
 
@@ -57,10 +56,7 @@ def heard(detector: str, clip: str, profile: str, seconds: float, seed: int) -> 
     raw = simulate_raw(load_clip(clip, seconds), profile=profile, seed=seed)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "raw.mcap"
-        write_raw(
-            file, raw.recording, raw.box, sample_rate_hz=raw.sample_rate_hz, wires=raw.wires,
-            pulse_time=raw.pulse_time, pulse_source=raw.pulse_source, pieces=raw.chunks(),
-        )  # fmt: skip
+        raw.write(file)
         recording = decode_raw(file, DetectorOptions(detector=detector)).recording
     ranges = recording.ranges
     assert ranges is not None

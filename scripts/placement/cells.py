@@ -57,7 +57,6 @@ def devices(mountings: Any) -> tuple[Device, ...]:
 
 def load(clip: Clip, body: Any) -> Any:
     """The stretch of a motion on a body."""
-    import numpy as np
     from clips import load_clip
 
     import mocap_jax as mj
@@ -66,13 +65,9 @@ def load(clip: Clip, body: Any) -> Any:
         motion = mj.builtin_motion(clip.motion, body)
     else:
         motion = mj.retarget(load_clip(clip.motion), body)
-    path = motion.trajectory
-    time = np.asarray(path.time)
-    kept = (time >= time[0] + clip.start) & (time <= time[0] + clip.start + clip.seconds)
-    shorter = dataclasses.replace(
-        path, time=time[kept] - time[kept][0], q=np.asarray(path.q)[kept], v=None
-    )
-    return dataclasses.replace(motion, name=clip.label, trajectory=shorter)
+    stretch = mj.cut_motion(motion, clip.start, clip.start + clip.seconds)
+    path = dataclasses.replace(stretch.trajectory, v=None)
+    return dataclasses.replace(stretch, name=clip.label, trajectory=path)
 
 
 def compute(cell: Cell) -> dict[str, Any]:

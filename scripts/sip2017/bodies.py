@@ -82,7 +82,7 @@ def worn(
         recording, body, {s: places[s].segment for s in sensors}, pose=pose,
         positions={s: places[s].position for s in sensors},
     )  # fmt: skip
-    rest = dataclasses.replace(recording.setup.rest, pose=_by_joint(found.body, pose))
+    rest = dataclasses.replace(recording.setup.rest, pose=found.body.topology.by_joint(pose))
     setup = dataclasses.replace(found.recording.setup, rest=rest)
     return dataclasses.replace(found.recording, setup=setup), found.body
 
@@ -98,15 +98,6 @@ def _rest_pose(recording: mj.Recording, own: mj.Body, body: mj.Body) -> np.ndarr
     time = np.arange(4) / 60.0
     still = Motion("rest", own, mj.Trajectory(time, np.tile(declared, (4, 1))), {})
     return np.asarray(mj.retarget(still, body).trajectory.q)[0]
-
-
-def _by_joint(body: mj.Body, pose: np.ndarray) -> dict[str, tuple[float, ...]]:
-    topology = body.topology
-    ends = [*topology.joint_qpos[1:], topology.nq]
-    return {
-        name: tuple(float(x) for x in pose[a:b])
-        for name, a, b in zip(topology.joint_names, topology.joint_qpos, ends, strict=True)
-    }
 
 
 def _leg(body: mj.Body) -> float:

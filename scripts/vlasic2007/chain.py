@@ -39,14 +39,10 @@ def recorded(motion: mj.Motion, cell: Cell) -> mj.Recording:
 def through_the_wires(motion: mj.Motion, profile: Profile, seed: int) -> mj.Recording:
     """Simulate the driver box's samples, write them, decode the file."""
     from mocap_jax.decoding import decode_raw
-    from mocap_jax.io.raw_file import write_raw
     from mocap_jax.simulation.raw import simulate_raw
 
     raw = simulate_raw(motion, profile=profile, seed=seed)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "raw.mcap"
-        write_raw(
-            file, raw.recording, raw.box, sample_rate_hz=raw.sample_rate_hz, wires=raw.wires,
-            pulse_time=raw.pulse_time, pulse_source=raw.pulse_source, pieces=raw.chunks(),
-        )  # fmt: skip
+        raw.write(file)
         return decode_raw(file).recording

@@ -213,9 +213,7 @@ def _placed(
 
 def _declared(result: MountingCalibration) -> MountingCalibration:
     """The rest hold and where the mounting is from stand in the recording's set-up."""
-    topology, q = result.body.topology, result.pose
-    widths = dict(zip(topology.joint_names, np.split(q, topology.joint_qpos[1:]), strict=True))
-    hold = RestHold(*result.rest, {k: tuple(map(float, v)) for k, v in widths.items()})
+    hold = RestHold(*result.rest, result.body.topology.by_joint(result.pose))
     setup = result.recording.setup
     facts = setup.provenance | {
         "mounting": f"calibrated at rest, {result.rest[0]:.2f} to {result.rest[1]:.2f} s, and "

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import os
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from jax import device_put
 from jaxtyping import Float, Int16
 
 from mocap_jax.errors import InputError
+from mocap_jax.io.raw_file import Piece, write_raw
 from mocap_jax.motion import Motion
 from mocap_jax.recording import (
     Calibration,
@@ -94,6 +96,22 @@ class RawSimulation:
             for r, board in enumerate(self.boards):
                 wire[r] += opts.telemetry * board.volts(first, count)
             yield first, np.clip(np.rint(wire), -32768, 32767).astype(np.int16)
+
+    def write(self, path: str | os.PathLike[str], pieces: Iterable[Piece] | None = None) -> None:
+        """Write the raw recording, whole or not at all.
+
+        Args:
+            path: the file.
+            pieces: default `chunks()`; for example with a progress bar around them.
+
+        Raises:
+            InputError: the file cannot be written.
+        """
+        write_raw(
+            path, self.recording, self.box, sample_rate_hz=self.sample_rate_hz, wires=self.wires,
+            pulse_time=self.pulse_time, pulse_source=self.pulse_source,
+            pieces=self.chunks() if pieces is None else pieces,
+        )  # fmt: skip
 
 
 def simulate_raw(

@@ -10,27 +10,18 @@ import pytest
 from mocap_jax.decoding import AirOptions, decode_raw
 from mocap_jax.errors import InputError
 from mocap_jax.io import read_recording
-from mocap_jax.io.raw_file import write_raw
 from mocap_jax.signals.ultrasonic.arrivals import DetectorOptions
 from mocap_jax.simulation import SimulationOptions, simulate
-from mocap_jax.simulation.raw import RawOptions, RawSimulation, simulate_raw
+from mocap_jax.simulation.raw import RawOptions, simulate_raw
 
 OPTIONS = SimulationOptions(rest_s=0.3, blend_s=0.5)
-
-
-def written(path, raw: RawSimulation, pieces=None) -> None:
-    write_raw(
-        path, raw.recording, raw.box, sample_rate_hz=raw.sample_rate_hz, wires=raw.wires,
-        pulse_time=raw.pulse_time, pulse_source=raw.pulse_source,
-        pieces=raw.chunks() if pieces is None else pieces,
-    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")
 def ideal(motion, suit, tmp_path_factory):
     raw = simulate_raw(motion, profile="ideal", suit=suit, options=OPTIONS)
     path = tmp_path_factory.mktemp("raw") / "ideal.raw.mcap"
-    written(path, raw)
+    raw.write(path)
     return raw, path
 
 
@@ -77,7 +68,7 @@ def test_missing_samples_are_a_gap_in_everything(ideal, tmp_path):
     raw, _ = ideal
     path = tmp_path / "gap.raw.mcap"
     pieces = [p for i, p in enumerate(raw.chunks()) if i != 4]  # 2.0 s to 2.5 s
-    written(path, raw, pieces)
+    raw.write(path, pieces)
     decoded = decode_raw(path)
     recording = decoded.recording
     assert {(g.wire, round(g.start, 4), round(g.end, 4)) for g in decoded.gaps} == {
@@ -96,7 +87,7 @@ def test_pulses_that_are_not_named_are_missed_and_counted(ideal, tmp_path):
     path, kept = tmp_path / "pulses.raw.mcap", np.ones(len(raw.pulse_time), bool)
     kept[[20, 21, 50]] = False
     fewer = replace(raw, pulse_time=raw.pulse_time[kept], pulse_source=raw.pulse_source[kept])
-    written(path, fewer)
+    fewer.write(path)
     decoded = decode_raw(path)
     assert decoded.missing_pulses == 3
     ranges = decoded.recording.ranges
@@ -109,7 +100,7 @@ def test_pulses_that_are_not_named_are_missed_and_counted(ideal, tmp_path):
 def test_samples_out_of_order_are_refused(ideal, tmp_path):
     raw, _ = ideal
     pieces = list(raw.chunks())
-    written(tmp_path / "order.raw.mcap", raw, [*pieces[:3], pieces[1], *pieces[3:]])
+    raw.write(tmp_path / "order.raw.mcap", [*pieces[:3], pieces[1], *pieces[3:]])
     with pytest.raises(InputError, match=r"order\.raw\.mcap: /acoustic/base: samples of 0\.5"):
         decode_raw(tmp_path / "order.raw.mcap")
 
@@ -120,7 +111,7 @@ def test_a_tone_beside_the_band_does_no_harm(motion, suit, tmp_path, detector: s
     raw = simulate_raw(
         motion, profile="paper", suit=suit, options=OPTIONS, raw=RawOptions(interference=600.0)
     )
-    written(tmp_path / "tone.raw.mcap", raw)
+    raw.write(tmp_path / "tone.raw.mcap")
     ranges = decode_raw(
         tmp_path / "tone.raw.mcap", DetectorOptions(detector=detector)
     ).recording.ranges
@@ -161,7 +152,7 @@ def test_truncated_file_gives_its_beginning_and_says_so(ideal, tmp_path):
 
 def test_field_profile_decodes_within_its_errors(motion, suit, tmp_path):
     raw = simulate_raw(motion, profile="field", suit=suit, seed=3, options=OPTIONS)
-    written(tmp_path / "field.raw.mcap", raw)
+    raw.write(tmp_path / "field.raw.mcap")
     decoded = decode_raw(tmp_path / "field.raw.mcap")
     ranges = decoded.recording.ranges
     pulse = np.rint(np.asarray(ranges.time) / 0.008).astype(int)
