@@ -22,7 +22,7 @@ from mocap_jax.io.setup_toml import SETUP_KEYS, noise_from_table
 from mocap_jax.io.toml_values import known_keys, setup_text, sub_table
 from mocap_jax.recording import Calibration
 
-_SUIT_KEYS = ("layout", "boards")
+_SUIT_KEYS = ("layout", "boards", "anchors")
 
 
 @dataclass(frozen=True)

@@ -102,3 +102,11 @@ def test_a_recording_is_read_corrected(body, tmp_path) -> None:
         read.inertial[SENSORS[1]].gyroscope, recording.inertial[SENSORS[1]].gyroscope,
         rtol=1e-12, atol=1e-12,
     )  # fmt: skip
+
+
+def test_anchors_of_a_suit_are_no_fault(tmp_path) -> None:
+    file = tmp_path / "suit.toml"
+    file.write_text('[[anchors]]\nname = "door"\nposition = [1, 0, 2]\n[noise]\nrange = 0.01\n')
+    assert read_setup_figures(file).noise == {"range": 0.01}
+    update_setup_file(file, FIGURES)
+    assert tomllib.loads(file.read_text())["anchors"][0]["name"] == "door"
