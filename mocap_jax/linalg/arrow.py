@@ -102,19 +102,20 @@ class Factoring:
                 _, info = lapack.dpotrf(upper[:, :d], lower=0, clean=1, overwrite_a=1)
                 if info:
                     raise SolveError(f"the normal equations are singular at frame {k} of {t}")
-                blas.dtrsm(
-                    1.0, upper[:, :d], upper[:, d:], side=0, lower=0, trans_a=1, overwrite_b=1
-                )
+                inverse = _inverse(upper[:, :d])
+                blas.dtrmm(1.0, inverse, upper[:, d:], trans_a=1, overwrite_b=1)
                 if self._border is not None:
-                    self._eliminate_border(k, b, d, self._border(k))
+                    self._eliminate_border(k, b, d, self._border(k), inverse)
         self.done = max(stop, self.done)
 
-    def _eliminate_border(self, k: int, b: int, d: int, block: np.ndarray) -> None:
+    def _eliminate_border(
+        self, k: int, b: int, d: int, block: np.ndarray, inverse: np.ndarray
+    ) -> None:
         if k % STRETCH == 0:
             self._kept.append(self._recent)
         if not len(self._schur):
             self._schur = np.zeros((len(block), len(block)), order="F")
-        eliminated = eliminate_border(self._panels, k, b, d, block, self._recent)
+        eliminated = eliminate_border(self._panels, k, b, d, block, self._recent, inverse)
         self._schur = blas.dsyrk(
             -1.0, eliminated, 1.0, self._schur, trans=1, lower=0, overwrite_c=1
         )
@@ -173,17 +174,30 @@ def _eliminate_earlier(panels: np.ndarray, k: int, b: int, d: int, target: np.nd
         )  # fmt: skip
 
 
+def _inverse(upper: np.ndarray) -> np.ndarray:
+    """Of an upper triangle: multiplying by it is twice as fast as solving for many columns."""
+    return lapack.dtrtri(upper, lower=0)[0]
+
+
 def eliminate_border(
-    panels: np.ndarray, k: int, b: int, d: int, block: np.ndarray, recent: list[np.ndarray]
+    panels: np.ndarray,
+    k: int,
+    b: int,
+    d: int,
+    block: np.ndarray,
+    recent: list[np.ndarray],
+    inverse: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Block k of U'^-1 B, given those of the frames just before (latest first)."""
+    """Block k of U'^-1 B, given those of the frames just before (latest first).
+
+    `inverse` is that of U_kk, if it is at hand.
+    """
     out = np.array(block, float).T  # other types would be copied, and the copy thrown away
     for j, earlier in enumerate(recent[:b], start=1):
         coupling = panels[k - j].T[:, j * d : (j + 1) * d]
         blas.dgemm(-1.0, coupling, earlier, 1.0, out, trans_a=1, overwrite_c=1)
-    # Inverting the small triangle first is twice as fast as solving with it for so many columns.
-    inverse, _ = lapack.dtrtri(panels[k].T[:, :d], lower=0)
-    return blas.dtrmm(1.0, inverse, out, side=0, lower=0, trans_a=1, overwrite_b=1)
+    inverse = _inverse(panels[k].T[:, :d]) if inverse is None else inverse
+    return blas.dtrmm(1.0, inverse, out, trans_a=1, overwrite_b=1)
 
 
 def forward(f: ArrowFactor, rhs: np.ndarray) -> np.ndarray:

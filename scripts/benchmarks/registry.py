@@ -10,7 +10,7 @@ from benchmarks.memory import peak_memory
 from benchmarks.metric import Metric
 from benchmarks.placement_study import placement_study
 from benchmarks.selected_inverse import selected_inverse
-from benchmarks.sparse_poser import sparse_poser
+from benchmarks.sparse_poser import sparse_poser, sparse_poser_default
 from benchmarks.start_up import cold_start, warm_overhead
 
 METRICS: dict[str, Callable[[], Metric]] = {
@@ -23,4 +23,5 @@ METRICS: dict[str, Callable[[], Metric]] = {
     "peak_memory_gb_20000_frames": peak_memory,
     "placement_study_s": placement_study,
     "sparse_poser_20_iterations_s": sparse_poser,
+    "sparse_poser_default_20_iterations_s": sparse_poser_default,
 }

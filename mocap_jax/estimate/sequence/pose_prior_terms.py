@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -148,10 +149,10 @@ def add_normal_blocks(
     are J_k' (A + B + B) J_k, for the changes before and after it, and -J_k+1' B J_k.
     """
     chosen = slice(core.start, core.stop + 1)
-    rows = pose_prior_slopes(
+    rows = jax.lax.optimization_barrier(pose_prior_slopes(
         x[chosen], w.child_rotation[chosen], weights.pose_prior.child_frame,
         w.screws[chosen, 3:], between(body, layout.pose_joints),
-    )  # fmt: skip
+    ))  # fmt: skip
     usual, pace = weights.pose_prior.whitening, weights.pose_prior.pace
     A, B = usual.T @ usual, pace.T @ pace
     info, before, after = (
@@ -168,6 +169,8 @@ def add_normal_blocks(
     held = info[:, None, None] * jnp.einsum("ij,cjv->civ", A, rows[:-1])
     square = _product(rows[:-1], held + (before + after)[:, None, None] * stiff)
     coupling = -_product(rows[1:], after[:, None, None] * stiff)
+    # Fused with the sums that follow, XLA computes parts of these products over and over.
+    square, coupling = jax.lax.optimization_barrier((square, coupling))
     return [blocks[0] + square, blocks[1] + coupling, *blocks[2:]], gradient
 
 
