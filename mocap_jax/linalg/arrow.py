@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from scipy.linalg import blas, lapack
@@ -33,6 +34,19 @@ BLAS = ThreadpoolController()
 
 BorderBlocks = Callable[[int], np.ndarray]
 """Frame index -> that frame's block of B', shape (m, d), C order."""
+
+
+@runtime_checkable
+class BorderProducts(Protocol):
+    """Border blocks whose products with vectors are cheaper than the blocks themselves."""
+
+    def times(self, z: np.ndarray) -> np.ndarray:
+        """B z, (t, d)."""
+        ...
+
+    def pulled(self, x: np.ndarray) -> np.ndarray:
+        """B'x, (m,)."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -255,10 +269,22 @@ def solve(
     x = solve_banded(f, rhs)
     if border is None or not len(rhs_corner):
         return x, np.zeros(0)
-    reduced = rhs_corner - sum(border(k) @ x[k] for k in range(f.frames))
-    z = solve_corner(f, reduced)
-    coupled = np.stack([border(k).T @ z for k in range(f.frames)])
-    return x - solve_banded(f, coupled), z
+    z = solve_corner(f, rhs_corner - _pulled(border, x))
+    return x - solve_banded(f, _times(border, z, f.frames)), z
+
+
+def _times(border: BorderBlocks, z: np.ndarray, frames: int) -> np.ndarray:
+    """B z, (t, d)."""
+    if isinstance(border, BorderProducts):
+        return border.times(z)
+    return np.stack([border(k).T @ z for k in range(frames)])
+
+
+def _pulled(border: BorderBlocks, x: np.ndarray) -> np.ndarray:
+    """B'x, (m,)."""
+    if isinstance(border, BorderProducts):
+        return border.pulled(x)
+    return sum(border(k) @ row for k, row in enumerate(x))
 
 
 def solve_corner(f: ArrowFactor, rhs: np.ndarray) -> np.ndarray:
@@ -281,5 +307,4 @@ def sample(
     if border is None or not m:
         return x, np.zeros(0)
     z = blas.dtrsv(f.corner, generator.normal(size=m), lower=0)
-    coupled = np.stack([border(k).T @ z for k in range(f.frames)])
-    return x - solve_banded(f, coupled), z
+    return x - solve_banded(f, _times(border, z, f.frames)), z

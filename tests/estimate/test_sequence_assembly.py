@@ -282,6 +282,18 @@ def test_chunks_do_not_change_the_equations() -> None:
     np.testing.assert_allclose(a.gradient, b.gradient, rtol=1e-9, atol=1e-8)
 
 
+@pytest.mark.parametrize("corrections", [None, CORRECTIONS])
+def test_products_with_the_border_equal_those_with_its_blocks(corrections: dict | None) -> None:
+    problem, state = make(2, corrections=corrections, feet=True)
+    e = problem.linearise(state)
+    blocks = np.stack([e.border(k) for k in range(T)])
+    rng = np.random.default_rng(3)
+    x, z = rng.normal(size=e.gradient.shape), rng.normal(size=len(e.corner_gradient))
+    times, pulled = np.einsum("kmd,m->kd", blocks, z), np.einsum("kmd,kd->m", blocks, x)
+    np.testing.assert_allclose(e.border.times(z), times, rtol=1e-9, atol=1e-9 * abs(times).max())
+    np.testing.assert_allclose(e.border.pulled(x), pulled, rtol=1e-9, atol=1e-9 * abs(pulled).max())
+
+
 def test_border_can_be_left_out() -> None:
     problem, state = make(2)
     without = SequenceProblem(

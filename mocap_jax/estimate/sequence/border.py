@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import jax
 import numpy as np
+from jaxtyping import Float
 
 from mocap_jax.estimate.sequence.assemble import chunk_border
 from mocap_jax.estimate.sequence.layout import Layout
+from mocap_jax.estimate.sequence.window import sensor_dofs
 
 
 class Border:
-    """Blocks of B' by frame, made chunk by chunk when asked for in order."""
+    """Blocks of B' by frame, made chunk by chunk when asked for in order; and products with B."""
 
-    def __init__(self, layout: Layout, compact: list[tuple[np.ndarray, ...]]) -> None:
-        self._layout = layout
+    def __init__(self, layout: Layout, compact: list[tuple[np.ndarray, ...]], frames: int) -> None:
+        self._layout, self._frames = layout, frames
         self._compact = compact
+        """What `chunk_border` takes, chunk by chunk."""
         self._ahead: dict[int, jax.Array] = {}
         self._chunk = -1
         self._blocks = np.zeros((0, 0, 0))
@@ -32,3 +37,45 @@ class Border:
             )
             self._chunk = index
         return self._blocks[row]
+
+    def times(self, z: Float[np.ndarray, "m"]) -> Float[np.ndarray, "t nv"]:
+        """B z: wrenches on the sensors, and from them forces on the degrees of freedom."""
+        own, shared = self._split(z)
+        mask = sensor_dofs(self._layout).astype(float)
+
+        def chunk(
+            twist: np.ndarray, screws: np.ndarray, ranges: np.ndarray, geometry: np.ndarray
+        ) -> np.ndarray:
+            wrench = _by_sensor(lambda s: twist[:, s] @ own[s], len(mask))
+            offsets = own[:, self._layout.sensor_cells["offset"]].ravel()
+            out = ((wrench @ mask) * screws).sum(axis=1)
+            out += offsets @ ranges.reshape(len(out), -1, out.shape[1])
+            return out + shared @ geometry
+
+        return np.concatenate([chunk(*parts) for parts in self._compact])[: self._frames]
+
+    def pulled(self, x: Float[np.ndarray, "t nv"]) -> Float[np.ndarray, "m"]:
+        """B'x: twists of the sensors, and what these do with the sensors' constants."""
+        layout, mask = self._layout, sensor_dofs(self._layout).astype(float)
+        own = np.zeros((len(mask), layout.per_sensor))
+        offset, shared = own[:, layout.sensor_cells["offset"]], np.zeros(layout.geometry)
+        rows = np.zeros((len(self._compact), layout.chunk, x.shape[1]))
+        rows.reshape(-1, x.shape[1])[: self._frames] = x
+        for step, (twist, screws, ranges, geometry) in zip(rows, self._compact, strict=True):
+            moved = (screws * step[:, None]) @ mask.T
+            for s in range(len(mask)):
+                own[s] += np.tensordot(moved[:, :, s], twist[:, s], 2)
+            column = step[..., None]
+            told = ranges.reshape(len(step), -1, x.shape[1]) @ column
+            offset += told.sum(axis=0).reshape(offset.shape)
+            shared += (geometry @ column).sum(axis=0)[:, 0]
+        return np.concatenate([own.ravel(), shared])
+
+    def _split(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Constants of the sensors (s, n), and of none of them."""
+        count = self._layout.per_sensor * len(self._layout.sites)
+        return z[:count].reshape(-1, self._layout.per_sensor), z[count:]
+
+
+def _by_sensor(one: Callable[[int], np.ndarray], sensors: int) -> Float[np.ndarray, "c 6 s"]:
+    return np.stack([one(s) for s in range(sensors)], axis=-1)

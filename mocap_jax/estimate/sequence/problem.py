@@ -192,7 +192,7 @@ class SequenceProblem:
         gradient = np.empty((self.chunks * self.layout.chunk, nv))
         compact: list[tuple[np.ndarray, ...]] = []
         lower = self._lower[: self.frames]
-        border = Border(self.layout, compact) if self.layout.use_border else None
+        border = Border(self.layout, compact, self.frames) if self.layout.use_border else None
         m = self.layout.constants
         corner, slope, cost = np.zeros((m, m)), np.zeros(m), 0.0
         for i, (out, spread) in enumerate(self._systems(state, spread=follow is not None)):
