@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import least_squares
 
 # Of this many samples at most the axes of a two-axis joint are sought, before all refine them.
 _FEW = 600
@@ -96,6 +95,8 @@ def _fit(
     R: np.ndarray, rate: np.ndarray, first: np.ndarray, second: np.ndarray
 ) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
     """Cost, both unit axes, and derivatives of the errors by them (n, 6)."""
+    from scipy.optimize import least_squares  # slow to import
+
     fit = least_squares(
         lambda axes: _off_plane(axes, R, rate), np.concatenate([first, second]),
         jac=lambda axes: _off_plane_by_axes(axes, R, rate), max_nfev=60,

@@ -17,7 +17,6 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from mocap_jax.initialise.joint.options import JointOptions
@@ -116,6 +115,8 @@ def lever(rate: Float[np.ndarray, "*b 3"], turn: Float[np.ndarray, "*b 3"]) -> n
 
 def _arms_by_norm(pair: Pair) -> Float[np.ndarray, "6"]:
     """Arms for which both specific forces in the joint are of the same size."""
+    from scipy.optimize import least_squares  # slow to import
+
     few = max(1, pair.known.sum() // _FEW)
     force, rate, turn = (
         np.moveaxis(x, 1, 2)[pair.known][::few] for x in (pair.force, pair.rate, pair.turn)

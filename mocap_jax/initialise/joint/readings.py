@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy.ndimage import binary_erosion
-from scipy.signal import savgol_filter
 
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.initialise.joint.options import JointOptions
@@ -116,6 +115,8 @@ def check_motion(relative_rate: Float[np.ndarray, "*b 3"], first: str, second: s
 
 
 def _slope(values: Float[np.ndarray, "2 t 3"], step: float) -> Float[np.ndarray, "2 t 3"]:
+    from scipy.signal import savgol_filter  # slow to import
+
     return savgol_filter(values, _SAMPLES, _ORDER, deriv=1, delta=step, axis=1)
 
 

@@ -19,7 +19,6 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 from scipy.ndimage import uniform_filter1d
-from scipy.signal import butter, sosfiltfilt
 from scipy.spatial.transform import Rotation, Slerp
 
 from mocap_jax.recording import InertialStream
@@ -242,5 +241,7 @@ def _skew(v: Float[np.ndarray, "t 3"]) -> Float[np.ndarray, "t 3 3"]:
 
 
 def _smooth(values: np.ndarray) -> np.ndarray:
+    from scipy.signal import butter, sosfiltfilt  # slow to import
+
     sections = butter(2, _CUTOFF_HZ, output="sos", fs=_RATE_HZ)
     return sosfiltfilt(sections, values, axis=0)

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError, unknown_name
-from mocap_jax.io.convert.segments import segment_of
 from mocap_jax.recording import Recording
 
 
@@ -33,6 +32,8 @@ def worn_segments(
 
 
 def _segment(sensor: str, recording: Recording, body: Body) -> str:
+    from mocap_jax.io.convert.segments import segment_of  # every reader of files comes with it
+
     topology = body.topology
     if sensor in topology.site_names:
         b = topology.site_body[topology.site_index(sensor)]
