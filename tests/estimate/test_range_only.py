@@ -144,12 +144,23 @@ def test_equations_are_the_derivatives_of_the_cost(loss) -> None:
 
 def test_wrong_input_is_named() -> None:
     _, odometry, ranges = drive(steps=30)
-    with pytest.raises(InputError, match="name anchor 3; there are 3"):
+    with pytest.raises(InputError, match="name anchor 3; there are 3: 0 to 2"):
         range_only_path(odometry, ranges, ANCHORS[:3], START)
+    below = dataclasses.replace(ranges, anchor=ranges.anchor - 2)
+    with pytest.raises(InputError, match="name anchor -[12]; there are 4"):
+        range_only_path(odometry, below, ANCHORS, START)
+    with pytest.raises(InputError, match=r"anchors: .* not of shape \(4, 1\)"):
+        range_only_path(odometry, ranges, ANCHORS[:, :1], START)
+    with pytest.raises(InputError, match="start .*: must be three numbers"):
+        range_only_path(odometry, ranges, ANCHORS, START[:2])
     with pytest.raises(InputError, match="30 times, 30 distances"):
         Odometry(odometry.time[1:], odometry.distance, odometry.turn)
     with pytest.raises(InputError, match="times must rise"):
         Odometry(odometry.time[::-1], odometry.distance, odometry.turn)
+    for name in ("time", "distance", "turn"):
+        with pytest.raises(InputError, match=f"odometry: {name}: .* not finite"):
+            values = np.where(np.arange(len(getattr(odometry, name))) == 3, np.nan, 0.1)
+            dataclasses.replace(odometry, **{name: values})
     with pytest.raises(InputError, match="not finite"):
         AnchorRanges(ranges.time, ranges.anchor, ranges.range * np.nan)
     none = AnchorRanges(np.zeros(0), np.zeros(0, int), np.zeros(0))
@@ -157,6 +168,32 @@ def test_wrong_input_is_named() -> None:
         range_only_path(odometry, none, ANCHORS, START)
     with pytest.raises(InputError, match="unknown robust loss 'tukey'; valid: .*cauchy"):
         RangeOnlyOptions(loss="tukey")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("forward_noise", 0.0), ("range_noise", np.inf), ("loss_scale", np.nan),
+        ("turn_bias_sigma", -0.1), ("bias_sigma", np.inf), ("scale_sigma", np.nan),
+        ("start_sigma", (1.0, 0.0)), ("start_sigma", (1.0,)), ("bias_starts", 0),
+    ],
+)  # fmt: skip
+def test_figures_that_make_no_sense_are_refused(name, value) -> None:
+    with pytest.raises(InputError, match=f"^{name} .*must be"):
+        RangeOnlyOptions(**{name: value})
+
+
+@pytest.mark.parametrize("late", [-0.5, 0.5])
+def test_ranges_without_odometry_are_refused_by_time(late) -> None:
+    _, odometry, ranges = drive(steps=30)
+    i = 0 if late < 0 else -1
+    time = ranges.time.copy()
+    time[i] = odometry.time[i] + late
+    with pytest.raises(InputError, match=f"1 of 60 .* as {time[i]:g} s; .* valid: 0 to 6 s"):
+        range_only_path(odometry, dataclasses.replace(ranges, time=time), ANCHORS, START)
+    time[i] = odometry.time[i]  # the ends themselves are inside
+    inside = dataclasses.replace(ranges, time=time)
+    assert range_only_path(odometry, inside, ANCHORS, START).status.ok
 
 
 @pytest.fixture

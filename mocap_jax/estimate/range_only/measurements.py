@@ -27,6 +27,9 @@ class Odometry:
                 f"odometry: {len(self.time)} times, {len(self.distance)} distances, "
                 f"{len(self.turn)} turns; there must be one time more than steps"
             )
+        for name in ("time", "distance", "turn"):
+            if not np.isfinite(getattr(self, name)).all():
+                raise InputError(f"odometry: {name}: there are values that are not finite")
         if not (np.diff(self.time) > 0).all():
             raise InputError("odometry: times must rise")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from mocap_jax.errors import InputError, unknown_name
@@ -43,5 +44,17 @@ class RangeOnlyOptions:
         if self.loss not in LOSSES:
             raise unknown_name("robust loss", self.loss, LOSSES)
         for name in ("forward_noise", "sideways_noise", "turn_noise", "range_noise", "loss_scale"):
-            if not getattr(self, name) > 0:
-                raise InputError(f"{name} {getattr(self, name):g}: must be above 0")
+            if not 0 < getattr(self, name) < math.inf:
+                raise InputError(f"{name} {getattr(self, name):g}: must be a number above 0")
+        for name in ("turn_bias_sigma", "bias_sigma", "scale_sigma"):
+            if not 0 <= getattr(self, name) < math.inf:
+                raise InputError(
+                    f"{name} {getattr(self, name):g}: must be a number above 0, or 0 to hold the "
+                    "constant"
+                )
+        if len(self.start_sigma) != 2 or not all(0 < s < math.inf for s in self.start_sigma):
+            raise InputError(
+                f"start_sigma {self.start_sigma}: must be two numbers above 0: [m], [rad]"
+            )
+        if self.bias_starts < 1:
+            raise InputError(f"bias_starts {self.bias_starts}: must be at least 1")

@@ -69,15 +69,13 @@ def range_only_path(
         options: see there.
 
     Raises:
-        InputError: ranges name anchors that are not there, or there are no ranges.
+        InputError: there are no ranges, or some are to anchors that are not there or of times
+            without odometry; anchors or start of wrong shape.
     """
     begin = time.perf_counter()
     options = options or RangeOnlyOptions()
     anchors = np.asarray(anchors, np.float64)
-    if not len(ranges.range):
-        raise InputError("there are no ranges")
-    if not (0 <= ranges.anchor.min() and ranges.anchor.max() < len(anchors)):
-        raise InputError(f"ranges name anchor {ranges.anchor.max()}; there are {len(anchors)}")
+    _check(odometry, ranges, anchors, start)
     problem = PathProblem(odometry, ranges, anchors, start, options)
     result = minimise(problem, first_state(problem), options.solver)
     state, status = result.state, STATUS_OF[result.outcome]
@@ -91,6 +89,29 @@ def range_only_path(
         weight=np.asarray(robust.weight(options.loss, error**2, options.loss_scale)),
         status=status, cost=result.cost, seconds=time.perf_counter() - begin,
     )  # fmt: skip
+
+
+def _check(
+    odometry: Odometry, ranges: AnchorRanges, anchors: np.ndarray, start: np.ndarray
+) -> None:
+    if anchors.ndim != 2 or anchors.shape[1] != 2 or not np.isfinite(anchors).all():
+        raise InputError(f"anchors: must be positions (a, 2) [m], not of shape {anchors.shape}")
+    if np.shape(start) != (3,) or not np.isfinite(start).all():
+        raise InputError(f"start {start}: must be three numbers: x [m], y [m], heading [rad]")
+    if not len(ranges.range):
+        raise InputError("there are no ranges")
+    strangers = ranges.anchor[(ranges.anchor < 0) | (ranges.anchor >= len(anchors))]
+    if len(strangers):
+        raise InputError(
+            f"ranges name anchor {strangers[0]}; there are {len(anchors)}: 0 to {len(anchors) - 1}"
+        )
+    first, last = odometry.time[[0, -1]]
+    outside = ranges.time[(ranges.time < first) | (ranges.time > last)]
+    if len(outside):
+        raise InputError(
+            f"{len(outside)} of {len(ranges.time)} ranges are of times without odometry, as "
+            f"{outside[0]:g} s; leave them out, valid: {first:g} to {last:g} s"
+        )
 
 
 def first_state(problem: PathProblem) -> PathState:

@@ -68,8 +68,8 @@ class PathProblem:
         )
         place = np.searchsorted(odometry.time, ranges.time, "right") - 1
         self._before = np.clip(place, 0, len(self.step) - 1)
-        share = (ranges.time - odometry.time[self._before]) / self.step[self._before]
-        self._share = np.clip(share, 0.0, 1.0)
+        # `range_only_path` refuses ranges before the first time and after the last.
+        self._share = (ranges.time - odometry.time[self._before]) / self.step[self._before]
         sigma = [o.turn_bias_sigma, o.scale_sigma, *[o.bias_sigma] * len(anchors)]
         self.prior = np.maximum(sigma, _HELD)
         self._start_root = 1.0 / np.array([o.start_sigma[0]] * 2 + [o.start_sigma[1]])
