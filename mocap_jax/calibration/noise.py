@@ -60,7 +60,8 @@ class NoiseCalibration:
     sensors: dict[str, dict[str, SensorNoise]]
     """By kind ("accelerometer", "gyroscope") and name."""
     skipped: dict[str, str] = field(default_factory=dict)
-    """Sensors that could not be used, and why."""
+    """Sensors that could not be used, or `<sensor>/<kind>` where only that one of its kinds could
+    not, and why."""
 
     @property
     def calibration(self) -> Calibration:
@@ -98,19 +99,25 @@ def calibrate_noise(
         options: see there.
 
     Raises:
-        InputError: no board lies still for long enough, or too many samples are missing.
+        InputError: no board lies still for long enough, or of none a reading can be used: too many
+            samples are missing, or an axis reads the same all the time.
     """
     opts = options or NoiseCalibrationOptions()
     sensors: dict[str, dict[str, SensorNoise]] = {kind: {} for kind in SENSOR_KINDS}
-    skipped = {}
+    skipped: dict[str, str] = {}
     for name, stream in recording.inertial.items():
         try:
             rows = _still(stream, opts)
-            for kind in SENSOR_KINDS:
-                if np.isfinite(np.asarray(getattr(stream, kind))).any():
-                    sensors[kind][name] = _sensor_noise(stream, kind, rows, opts)
         except InputError as error:
             skipped[name] = str(error)
+            continue
+        for kind in SENSOR_KINDS:
+            if not np.isfinite(np.asarray(getattr(stream, kind))).any():
+                continue
+            try:
+                sensors[kind][name] = _sensor_noise(stream, kind, rows, opts)
+            except InputError as error:
+                skipped[f"{name}/{kind}"] = str(error)
     if not any(sensors.values()):
         if not skipped:
             raise InputError("no inertial sensors in the recording (topics /inertial/<sensor>)")
@@ -149,6 +156,12 @@ def _sensor_noise(
         raise InputError(
             f"{100 * missing:.1f} % of the {kind}'s samples are missing; "
             f"at most {100 * opts.most_missing:g} % may"
+        )
+    constant = [axis for axis, x in zip("xyz", values.T, strict=True) if not np.ptp(x) > 0]
+    if constant:
+        raise InputError(
+            f"the {kind} reads the same all the time on {', '.join(constant)}: it is stuck, or its "
+            "steps are coarser than its noise, which is not 0"
         )
     curve = allan_deviation(values, step, averaging_lengths(len(values), opts.per_decade))
     fit = fit_processes(allan_deviation(values, step))

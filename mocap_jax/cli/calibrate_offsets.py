@@ -29,7 +29,8 @@ and one line for each distance:
   receiver                        the sensor that heard it
   recording                       file name of the recording, where there are several
   start_s, end_s                  interval to use (default: all of the recording)
-Lines of the same source and distance with several readings may be repeated.
+Lines of the same source and distance with several readings may be repeated; a blank measured_m is
+a reading that is missing. The prefix of a source's site (source/, anchor/) may be left out.
 
 Method: a distance's excess is the median of its readings less the true distance; a source's offset
 is the mean excess of its distances. The left-out error is that of each distance when the others of

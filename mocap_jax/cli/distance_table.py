@@ -43,15 +43,17 @@ def known_distances(
 
 
 def _rows(path: str | os.PathLike[str]) -> list[tuple[int, dict[str, str]]]:
-    """Lines with their numbers; blanks around entries and empty lines do not matter."""
+    """Lines with their numbers in the file; blanks and empty lines do not matter."""
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
     except OSError as error:
         raise InputError(f"{path}: cannot read: {error.strerror or error}") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not a text file, so not CSV") from error
-    lines = [line for line in text.splitlines() if line.strip()]
-    heading = [name.strip() for name in next(csv.reader(lines[:1]), [])]
+    reader = csv.reader(text.splitlines())
+    entries = ((reader.line_num, [x.strip() for x in row]) for row in reader)
+    lines = [(number, row) for number, row in entries if any(row)]
+    heading = lines[0][1] if lines else []
     for name in heading:
         if name not in _COLUMNS:
             raise InputError(f"{path}: {unknown_name('column', name, _COLUMNS)}")
@@ -59,12 +61,12 @@ def _rows(path: str | os.PathLike[str]) -> list[tuple[int, dict[str, str]]]:
         if name not in heading:
             raise InputError(f"{path}: has no column '{name}'; columns: {', '.join(_COLUMNS)}")
     rows = []
-    for number, row in enumerate(csv.reader(lines[1:]), 2):
+    for number, row in lines[1:]:
         if len(row) != len(heading):
             raise InputError(
                 f"{path}: line {number} has {len(row)} entries, the heading {len(heading)}"
             )
-        rows.append((number, dict(zip(heading, (x.strip() for x in row), strict=True))))
+        rows.append((number, dict(zip(heading, row, strict=True))))
     if not rows:
         raise InputError(f"{path}: has a heading but no distances")
     return rows
@@ -73,14 +75,20 @@ def _rows(path: str | os.PathLike[str]) -> list[tuple[int, dict[str, str]]]:
 def _grouped(
     path: str | os.PathLike[str], rows: list[tuple[int, dict[str, str]]]
 ) -> list[KnownDistance]:
-    """Readings of the table itself; those of one source, receiver and distance belong together."""
+    """Readings of the table itself; those of one source, receiver and distance belong together.
+
+    A blank one is missing (NaN).
+    """
     from mocap_jax.calibration import KnownDistance
 
     groups: dict[tuple[str, str, float], list[float]] = {}
     for line, row in rows:
-        where = f"{path}: line {line}"
-        key = (row["source"], row.get("receiver", ""), _number(row["true_m"], where, "true_m"))
-        groups.setdefault(key, []).append(_number(row["measured_m"], where, "measured_m"))
+        where, text = f"{path}: line {line}", row["measured_m"]
+        if not row["source"]:
+            raise InputError(f"{where}: names no source")
+        key = (row["source"], row.get("receiver", ""), _true(row, where))
+        reading = _number(text, where, "measured_m") if text else float("nan")
+        groups.setdefault(key, []).append(reading)
     return [
         KnownDistance(source, true, np.array(readings), receiver)
         for (source, receiver, true), readings in groups.items()
@@ -109,7 +117,7 @@ def _from_recording(
     source = row["source"]
     if source not in recordings[path].ranges.source_names:  # type: ignore[union-attr]
         source = f"source/{source}"
-    return KnownDistance(source, _number(row["true_m"], where, "true_m"), readings, row["receiver"])
+    return KnownDistance(source, _true(row, where), readings, row["receiver"])
 
 
 def _recording_of(where: str, row: dict[str, str], recordings: dict[str, Recording]) -> str:
@@ -123,6 +131,13 @@ def _recording_of(where: str, row: dict[str, str], recordings: dict[str, Recordi
     if len(matches) != 1:
         raise InputError(f"{where}: {unknown_name('recording', name, recordings)}")
     return matches[0]
+
+
+def _true(row: dict[str, str], where: str) -> float:
+    value = _number(row["true_m"], where, "true_m")
+    if not value > 0:
+        raise InputError(f"{where}: source '{row['source']}': true_m {value:g} is not above zero")
+    return value
 
 
 def _number(text: str, where: str, column: str) -> float:

@@ -50,12 +50,15 @@ def warn_of_strangers(
     arguments: argparse.Namespace, figures: SetupFigures, setup: Setup, sensors: tuple[str, ...]
 ) -> None:
     """Say on stderr which names of the calibration nobody here bears: they may be misspelt."""
+    from mocap_jax.recording.calibration import same_source
+
     calibration = figures.calibration
     for what, names, known in (
         ("sensor", {**calibration.accelerometer, **calibration.gyroscope}, sensors),
         ("source", calibration.source_offset, setup.sources),
     ):
-        strangers = [name for name in names if name not in known]
+        same = same_source if what == "source" else str.__eq__
+        strangers = [name for name in names if not any(same(name, other) for other in known)]
         if strangers and known:
             print(
                 f"mocap-jax: warning: {arguments.setup}: calibrates {what} "

@@ -20,7 +20,8 @@ from mocap_jax.io.atomic import atomic_file
 from mocap_jax.io.calibration_toml import calibration_from_table, calibration_to_table
 from mocap_jax.io.setup_toml import SETUP_KEYS, noise_from_table
 from mocap_jax.io.toml_values import known_keys, setup_text, sub_table
-from mocap_jax.recording import Calibration
+from mocap_jax.recording import Calibration, SourceOffset
+from mocap_jax.recording.calibration import same_source
 
 _SUIT_KEYS = ("layout", "boards", "anchors")
 
@@ -57,7 +58,10 @@ def update_setup_file(path: str | os.PathLike[str], figures: SetupFigures) -> No
     if Path(path).exists():
         table, document = _parsed(path)
         _figures(table, str(path))
-    calibration = dataclasses.replace(figures.calibration, applied=False)
+    calibration = dataclasses.replace(
+        figures.calibration, applied=False,
+        source_offset=_as_named(figures.calibration.source_offset, document),
+    )  # fmt: skip
     _merge(document, {"noise": figures.noise, "calibration": calibration_to_table(calibration)})
     # Figures hold for raw readings, whatever the readings beside the old ones were.
     if "calibration" in document:
@@ -82,6 +86,15 @@ def _figures(table: dict[str, Any], name: str) -> SetupFigures:
         calibration_from_table(sub_table(table, "calibration", name), name),
         noise_from_table(sub_table(table, "noise", name), name),
     )
+
+
+def _as_named(offsets: dict[str, SourceOffset], document: Any) -> dict[str, SourceOffset]:
+    """By the names that a document has for the sources, so that none stands in it twice."""
+    there = document.get("calibration", {}).get("source_offset", {})
+    return {
+        name if name in there else next((n for n in there if same_source(n, name)), name): offset
+        for name, offset in offsets.items()
+    }
 
 
 def _merge(document: Any, values: dict[str, Any]) -> None:

@@ -81,7 +81,6 @@ def _inertial(
 
 
 def _ranges(ranges: RangeStream, calibration: Calibration, *, undo: bool) -> RangeStream:
-    known = calibration.source_offset
-    offset = np.array([known[s].offset if s in known else 0.0 for s in ranges.source_names])
+    offset = np.array([calibration.offset_of(s) for s in ranges.source_names])
     each = jnp.asarray(offset)[jnp.asarray(ranges.source)] if offset.size else 0.0
     return replace(ranges, distance=jnp.asarray(ranges.distance) + (each if undo else -each))

@@ -7,12 +7,22 @@ from dataclasses import dataclass, field
 
 Triple = tuple[float, float, float]
 _NONE: Triple = (0.0, 0.0, 0.0)
+_PREFIXES = ("source/", "anchor/")
 
 
 def triple(values: Iterable[float]) -> Triple:
     """Three numbers, one for each axis, as plain Python ones."""
     x, y, z = (float(v) for v in values)
     return x, y, z
+
+
+def same_source(a: str, b: str) -> bool:
+    """Whether two names mean one source: the prefix of its site may be left out of one."""
+    return a == b or a == _bare(b) or _bare(a) == b
+
+
+def _bare(site: str) -> str:
+    return next((site.removeprefix(p) for p in _PREFIXES if site.startswith(p)), site)
 
 
 @dataclass(frozen=True)
@@ -58,6 +68,7 @@ class Calibration:
     accelerometer: dict[str, AxisCalibration] = field(default_factory=dict)
     gyroscope: dict[str, AxisCalibration] = field(default_factory=dict)
     source_offset: dict[str, SourceOffset] = field(default_factory=dict)
+    """Prefixes of sites (`source/`, `anchor/`) may be left out."""
     accelerometer_noise: dict[str, AxisNoise] = field(default_factory=dict)
     gyroscope_noise: dict[str, AxisNoise] = field(default_factory=dict)
     applied: bool = False
@@ -65,13 +76,24 @@ class Calibration:
 
     def updated(self, newer: Calibration) -> Calibration:
         """The same with the figures of a newer one; not applied."""
+        kept = {
+            name: offset
+            for name, offset in self.source_offset.items()
+            if not any(same_source(name, other) for other in newer.source_offset)
+        }
         return Calibration(
             accelerometer=self.accelerometer | newer.accelerometer,
             gyroscope=self.gyroscope | newer.gyroscope,
-            source_offset=self.source_offset | newer.source_offset,
+            source_offset=kept | newer.source_offset,
             accelerometer_noise=self.accelerometer_noise | newer.accelerometer_noise,
             gyroscope_noise=self.gyroscope_noise | newer.gyroscope_noise,
         )
+
+    def offset_of(self, site: str) -> float:
+        """Measured less true distances of a source [m]; 0 where it is not calibrated."""
+        named = (site, *(name for name in self.source_offset if same_source(name, site)))
+        found = next((self.source_offset[n] for n in named if n in self.source_offset), None)
+        return 0.0 if found is None else found.offset
 
     @property
     def corrects(self) -> bool:

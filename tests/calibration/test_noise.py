@@ -49,6 +49,47 @@ def test_only_what_lies_still_for_long_enough_is_used() -> None:
         calibrate_noise(left_alone(loss=0.02), NoiseCalibrationOptions(most_missing=0.001))
 
 
+def broken(kind: str, readings: str, board: str = "straight"):
+    """The boards that lie still, one sensor of which is stuck or loses every other sample."""
+    recording = left_alone()
+    stream = recording.inertial[board]
+    values = np.array(getattr(stream, kind))
+    if readings == "stuck":
+        values[:, 1] = values[0, 1]
+    else:
+        values[::2] = np.nan
+    stream = dataclasses.replace(stream, **{kind: values})
+    return dataclasses.replace(recording, inertial=recording.inertial | {board: stream})
+
+
+@pytest.mark.parametrize("kind", ["accelerometer", "gyroscope"])
+@pytest.mark.parametrize(
+    ("readings", "words"), [("stuck", "same all the time on y"), ("lossy", "samples are missing")]
+)
+def test_a_broken_sensor_is_left_out_and_the_other_of_its_board_is_used(
+    kind, readings, words
+) -> None:
+    found = calibrate_noise(broken(kind, readings))
+    other = {"accelerometer": "gyroscope", "gyroscope": "accelerometer"}[kind]
+    assert set(found.sensors[kind]) == {"turned"}
+    assert set(found.sensors[other]) == {"straight", "turned"}
+    assert list(found.skipped) == [f"straight/{kind}"]
+    assert words in found.skipped[f"straight/{kind}"] and kind in found.skipped[f"straight/{kind}"]
+
+
+def test_constant_readings_alone_give_no_noise() -> None:
+    recording = broken("gyroscope", "stuck")
+    still = {
+        name: dataclasses.replace(
+            s, accelerometer=np.full_like(s.accelerometer, 3.0),
+            gyroscope=np.full_like(s.gyroscope, np.nan),
+        )
+        for name, s in recording.inertial.items()
+    }  # fmt: skip
+    with pytest.raises(InputError, match=r"'straight/accelerometer' \(and 1 more\): .* on x, y, z"):
+        calibrate_noise(dataclasses.replace(recording, inertial=still))
+
+
 def test_a_knock_ends_the_interval() -> None:
     recording = left_alone(200.0, white=0.5, walk=3e-3)
     stream = recording.inertial["straight"]

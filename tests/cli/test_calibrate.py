@@ -25,7 +25,7 @@ from mocap_jax.cli.calibrate import KINDS
 from mocap_jax.cli.main import build_parser
 from mocap_jax.io import read_recording, read_setup, read_setup_figures, write_recording
 from mocap_jax.motion import Motion
-from mocap_jax.recording import uncalibrated
+from mocap_jax.recording import uncalibrated, with_calibration
 from mocap_jax.simulation import SimulationOptions
 from mocap_jax.trajectory import Trajectory
 
@@ -234,12 +234,33 @@ def test_wrong_input_is_one_line(refused, bench, recording_file, tmp_path):
     ("source, true_m\nleft, 1\n", ("no column 'measured_m'",)),
     ("source, true_m, measured_m\nleft, 1\n", ("line 2 has 2 entries, the heading 3",)),
     ("source, true_m, measured_m\nleft, one, 1\n", ("line 2: true_m 'one' is not a number",)),
-    ("source, true_m, measured_m\nleft, -1, 1\n", ("'left'", "not above zero")),
+    ("source, true_m, measured_m\nleft, -1, 1\n", ("line 2", "'left'", "not above zero")),
+    ("\nsource, true_m, measured_m\n\n,,\nleft, one, 1\n", ("line 5: true_m 'one'",)),
+    ("source, true_m, measured_m\nleft, 1, \n, 1, 1\n", ("line 3: names no source",)),
+    ("source, true_m, measured_m\nleft, 1, \n", ("none of 1 distances has a reading",)),
 ])  # fmt: skip
 def test_wrong_tables_are_one_line(refused, tmp_path, text, words):
     file = tmp_path / "t.csv"
     file.write_text(text)
     refused(["calibrate", "offsets", file], 1, "t.csv", *words)
+
+
+def test_offsets_of_a_table_are_applied_whatever_sources_are_called(run, bench, tmp_path):
+    file, setup = tmp_path / "t.csv", tmp_path / "s.toml"
+    file.write_text("source,true_m,measured_m\nleft,0.5,0.53\nleft,0.7,\nleft,0.9,0.93\n")
+    setup.write_text('[calibration.source_offset."source/left"]\noffset = 9.0\n')
+    outcome = run("calibrate", "offsets", file, "-o", setup)
+    assert outcome.code == 0 and not outcome.err
+    figures = read_setup_figures(setup)
+    assert list(figures.calibration.source_offset) == ["source/left"]
+    for name in ("source/left", "left"):
+        setup.write_text(f'[calibration.source_offset."{name}"]\noffset = 0.03\n')
+        recording = read_recording(bench["near"])
+        figures = read_setup_figures(setup).calibration
+        corrected = with_calibration(recording, figures).ranges
+        of = np.array(corrected.source_names)[np.asarray(corrected.source)]
+        change = np.asarray(recording.ranges.distance) - np.asarray(corrected.distance)
+        np.testing.assert_allclose(change, np.where(of == "source/left", 0.03, 0.0), atol=1e-12)
 
 
 def test_tables_with_recordings_name_what_is_missing(refused, run, bench, tmp_path):

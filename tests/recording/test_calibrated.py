@@ -86,6 +86,32 @@ def test_readings_are_corrected_once(true, read) -> None:
     assert uncalibrated(read) is read
 
 
+@pytest.mark.parametrize("names", [("a", "b"), ("source/a", "b"), ("a", "source/b")])
+def test_offsets_may_leave_out_the_prefix_of_the_site(true, read, names) -> None:
+    named = replace(read.setup.calibration, source_offset={names[1]: SourceOffset(0.02)})
+    same(calibrated(replace(read, setup=Setup(calibration=named))), true)
+    # A recording's own sources may be named without it, too.
+    sites = replace(read.ranges, source_names=names)
+    out = calibrated(replace(read, ranges=sites))
+    np.testing.assert_allclose(out.ranges.distance, true.ranges.distance, rtol=0, atol=1e-15)
+    # Another site of that name is another source.
+    anchors = replace(read.ranges, source_names=("anchor/a", "anchor/b"))
+    out = calibrated(replace(read, ranges=anchors))
+    np.testing.assert_array_equal(out.ranges.distance, read.ranges.distance)
+
+
+def test_newer_offsets_replace_older_ones_however_they_are_named(true, read) -> None:
+    for older, newer in (("source/b", "b"), ("b", "source/b")):
+        wrong = Calibration(
+            accelerometer={"one": ACCELEROMETER}, gyroscope={"one": GYROSCOPE},
+            source_offset={older: SourceOffset(5.0), "source/c": SourceOffset(1.0)},
+        )  # fmt: skip
+        start = replace(read, setup=Setup(calibration=wrong))
+        out = with_calibration(start, Calibration(source_offset={newer: SourceOffset(0.02)}))
+        same(out, true)
+        assert set(out.setup.calibration.source_offset) == {newer, "source/c"}
+
+
 def test_nothing_to_apply_leaves_the_recording_as_it_is(true) -> None:
     assert calibrated(true) is true
 

@@ -196,8 +196,7 @@ def _assembled(
     )  # fmt: skip
     paths = trace_paths(stage.rig, stage.spline, flights, emissions, errs, raw, speed, seed)
     detuned = raw.detune_hz * stream(seed, "raw_resonance").standard_normal(len(offset))
-    known = setup.calibration.source_offset
-    excess = offset + [known[s].offset if s in known else 0.0 for s in stage.suit.source_sites]
+    excess = offset + [setup.calibration.offset_of(s) for s in stage.suit.source_sites]
     field = SoundField(
         flights.time, flights.source, paths, speed, excess / options.speed_of_sound,
         [(40_000.0 + d, _QUALITY) for d in detuned],
