@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import dataclasses
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 from xml.etree import ElementTree
@@ -25,9 +25,11 @@ from mocap_jax.body import Body, frames, load_body
 from mocap_jax.body.mjcf_text import numbers
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.initialise.mounting.headings import facing_of_hinges
+from mocap_jax.initialise.true_mounting import with_true_mounting
 from mocap_jax.recording import InertialStream, Recording, SensorSpec
 
 AXES = ("x", "-x", "y", "-y", "z", "-z")
+RULES = ("horizontal", "opensense")
 # An axis this close to the vertical tells no heading (sine of the angle between them).
 _UPRIGHT = 0.1
 # A time may be so far from the first or last measured orientation [s].
@@ -116,7 +118,10 @@ def calibrate_to_pose(
         provenance=recording.setup.provenance | {"mounting": "calibrated to a pose"},
     )  # fmt: skip
     _warn_of_facing(streams, body, segments, q, time, heading)
-    turned = dataclasses.replace(recording, inertial=streams, setup=setup, body_xml=mounted.xml)
+    truth = with_true_mounting(recording.truth, mounted, dict.fromkeys(segments, turn))
+    turned = dataclasses.replace(
+        recording, inertial=streams, setup=setup, body_xml=mounted.xml, truth=truth
+    )
     return PoseCalibration(turned, mounted, R_segment_sensor, turn)
 
 
@@ -130,12 +135,24 @@ def _check(
             raise unknown_name(
                 f"segment of sensor '{sensor}':", segment, body.topology.body_names[1:]
             )
-    if heading is not None and heading.sensor not in segments:
-        raise unknown_name("heading: sensor", heading.sensor, tuple(segments))
-    if heading is not None and heading.axis not in AXES:
-        raise unknown_name("heading: axis", heading.axis, AXES)
-    if heading is not None and heading.rule not in ("horizontal", "opensense"):
-        raise unknown_name("heading: rule", heading.rule, ("horizontal", "opensense"))
+    if heading is not None:
+        check_heading(heading, segments, "heading")
+
+
+def check_heading(heading: Heading, sensors: Iterable[str], argument: str) -> None:
+    """Refuse a sensor that is not there, an unknown axis and an unknown rule.
+
+    Args:
+        heading: what was given.
+        sensors: that there are.
+        argument: what to call it in the error.
+    """
+    for what, given, valid in (
+        ("sensor", heading.sensor, tuple(sensors)), ("axis", heading.axis, AXES),
+        ("rule", heading.rule, RULES),
+    ):  # fmt: skip
+        if given not in valid:
+            raise unknown_name(f"{argument}: {what}", given, valid)
 
 
 def _check_time(recording: Recording, segments: Mapping[str, str], time: float | None) -> None:

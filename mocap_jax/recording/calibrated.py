@@ -15,6 +15,7 @@ import numpy as np
 from mocap_jax.recording.calibration import AxisCalibration, Calibration
 from mocap_jax.recording.recording import Recording
 from mocap_jax.recording.streams import InertialStream, RangeStream
+from mocap_jax.recording.true_errors import with_true_errors
 
 
 def calibrated(recording: Recording) -> Recording:
@@ -41,6 +42,8 @@ def with_calibration(
 ) -> Recording:
     """The recording corrected by other figures; what these do not name stays as declared.
 
+    The truth of a simulated recording is told for the readings as they are corrected now.
+
     Args:
         recording: corrected or not.
         calibration: newer figures.
@@ -52,7 +55,8 @@ def with_calibration(
         calibration=raw.setup.calibration.updated(calibration),
         noise=replace(raw.setup.noise, **(noise or {})),
     )
-    return calibrated(replace(raw, setup=setup))
+    truth = with_true_errors(raw.truth, raw.setup.calibration, setup.calibration)
+    return calibrated(replace(raw, setup=setup, truth=truth))
 
 
 def _changed(recording: Recording, calibration: Calibration, *, undo: bool) -> Recording:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Float
-from scipy.spatial.transform import Rotation
 
 from mocap_jax.body import Body
+from mocap_jax.body.site_displacement import site_displacement
 from mocap_jax.metrics.align import truth_of
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution
@@ -15,8 +15,10 @@ from mocap_jax.solution.methods import FILTERS
 Values = dict[str, Float[np.ndarray, "n"]]
 _SENSORS = ("gyroscope", "accelerometer")
 _SOURCE = "source/"
-_AS_TOLD = ("mounting_rotation/", "source_offset/", "clock_offset/", "heading/")
-# Frames of two bodies that differ by less are the same frame.
+# Mountings are told as well, but from the body that the recording was made with: the solution's
+# may be another, or have its sites turned by a calibration.
+_AS_TOLD = ("source_offset/", "clock_offset/", "heading/")
+# Ways of two bodies that differ by less are along each other [m].
 _SAME = 1e-3
 
 
@@ -101,10 +103,10 @@ def _from_bodies(nominal: Body, true: Body, solution: Solution) -> Values:
         if (length := _stretch(*pair)) is not None:
             out[f"segment_length/{name}"] = np.array([length])
     for spec in solution.setup.sensors:
-        if (found := _displacement(nominal, true, spec.site)) is not None:
+        if (found := site_displacement(nominal, true, spec.site)) is not None:
             out[f"mounting_offset/{spec.name}"], out[f"mounting_rotation/{spec.name}"] = found
     for site in solution.setup.sources:
-        if (found := _displacement(nominal, true, site)) is not None:
+        if (found := site_displacement(nominal, true, site)) is not None:
             out[f"source_position/{site.removeprefix(_SOURCE)}"] = found[0]
     return out
 
@@ -118,29 +120,3 @@ def _stretch(nominal: Float[np.ndarray, "3"], true: Float[np.ndarray, "3"]) -> f
     if np.linalg.norm(true - along * nominal / size) > _SAME:
         return None
     return along / size - 1.0
-
-
-def _displacement(
-    nominal: Body, true: Body, site: str
-) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]] | None:
-    """Shift [m] and turn (rotation vector [rad]) of a site, both in its nominal frame."""
-    here, there = nominal.topology, true.topology
-    if site not in here.site_names or site not in there.site_names:
-        return None
-    i, j = here.site_index(site), there.site_index(site)
-    a, b = here.site_body[i], there.site_body[j]
-    if here.body_names[a] != there.body_names[b] or not _same_frame(nominal, a, true, b):
-        return None
-    turn = _rotation(nominal.site_quat, i).inv()
-    shift = turn.apply(np.asarray(true.site_pos)[j] - np.asarray(nominal.site_pos)[i])
-    return shift, (turn * _rotation(true.site_quat, j)).as_rotvec()
-
-
-def _same_frame(nominal: Body, a: int, true: Body, b: int) -> bool:
-    """Whether a segment has the same frame in both bodies: its rotation in its parent's."""
-    turn = _rotation(nominal.body_quat, a).inv() * _rotation(true.body_quat, b)
-    return bool(turn.magnitude() < _SAME)
-
-
-def _rotation(quaternions: object, i: int) -> Rotation:
-    return Rotation.from_quat(np.asarray(quaternions)[i], scalar_first=True)

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 import mocap_jax as mj
 from mocap_jax.errors import InputError
 from mocap_jax.motion.segment_names import XSENS_SEGMENTS
-from mocap_jax.recording import Recording
+from mocap_jax.recording import Recording, RestHold
 
 LOST = ("left_forearm", 1.3)
 """A sensor whose heading is another, where all others have one."""
@@ -92,6 +92,16 @@ def test_the_result_is_ready_to_be_solved(own, recorded):
     assert "left_shank" in str(own)
 
 
+def test_the_truth_is_told_from_the_calibrated_mounting(own, true_body):
+    told = own.recording.truth.parameters
+    for sensor in own.sensors:
+        true = np.asarray(true_body.site_quat)[true_body.site_index(sensor.sensor)]
+        turn = Rotation.from_rotvec(np.array(told[f"mounting_rotation/{sensor.sensor}"]))
+        made = Rotation.from_matrix(sensor.R_segment_sensor) * turn
+        assert (made.inv() * Rotation.from_quat(true, scalar_first=True)).magnitude() < 1e-9
+    assert max(np.abs(told[f"mounting_rotation/{s.sensor}"]).max() for s in own.sensors) > 0.01
+
+
 def test_a_sensor_with_another_heading_is_named(recorded, segments):
     one = turned(recorded, {LOST[0]: LOST[1]})
     body = mj.builtin_motion("walking").body
@@ -145,6 +155,21 @@ def test_motion_is_no_rest(recorded, segments):
         mj.calibrate_mounting(recorded, body, segments, time=8.0)
 
 
+@pytest.mark.parametrize(
+    ("rest", "match"),
+    [
+        ((7.5, 8.5), r"^declared rest hold: nobody is still at 7.50 .* the stillest is at"),
+        ((90.0, 91.0), r"hold, 90.00 to 91.00 s, is outside the recording, 0.01 to .* stillest"),
+    ],
+)
+def test_a_declared_rest_in_which_somebody_moves_is_none(recorded, segments, rest, match):
+    setup = dataclasses.replace(recorded.setup, rest=RestHold(*rest))
+    moving = dataclasses.replace(recorded, setup=setup)
+    body = mj.builtin_motion("walking").body
+    with pytest.raises(InputError, match=match):
+        mj.calibrate_mounting(moving, body, segments)
+
+
 def test_wrong_names_are_told_with_the_valid_ones(recorded, segments):
     body = mj.builtin_motion("walking").body
     for match, change in (
@@ -152,6 +177,11 @@ def test_wrong_names_are_told_with_the_valid_ones(recorded, segments):
         ("segment of sensor 'head'", {"segments": {"head": "Hat"}}),
         ("auto, own, common", {"segments": segments, "headings": "magnetic"}),
         ("facing: axis", {"segments": segments, "facing": mj.Heading("head", "up")}),
+        ("facing: sensor 'hat'", {"segments": segments, "facing": mj.Heading("hat", "x")}),
+        (
+            "facing: rule 'level'; valid: horizontal, opensense",
+            {"segments": segments, "facing": mj.Heading("head", "x", "level")},
+        ),
     ):
         with pytest.raises(InputError, match=match):
             mj.calibrate_mounting(recorded, body, **change)

@@ -99,6 +99,7 @@ def test_calibrating_again_moves_the_site(body):
         ({"arm_s": "leg"}, None, "segment of sensor 'arm_s': 'leg'"),
         (SEGMENTS, Heading("leg_s", "z"), "sensor 'leg_s'"),
         (SEGMENTS, Heading("arm_s", "w"), "axis 'w'"),
+        (SEGMENTS, Heading("arm_s", "x", "vertical"), "heading: rule 'vertical'; valid: horiz"),
         (SEGMENTS, Heading("trunk_s", "y"), "points up or down"),
     ],
 )

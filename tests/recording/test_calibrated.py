@@ -15,10 +15,12 @@ from mocap_jax.recording import (
     Recording,
     Setup,
     SourceOffset,
+    Truth,
     calibrated,
     uncalibrated,
     with_calibration,
 )
+from mocap_jax.trajectory import Trajectory
 
 ACCELEROMETER = AxisCalibration(zero=(0.1, -0.2, 0.3), slope=(1.02, 0.97, 1.0))
 GYROSCOPE = AxisCalibration(zero=(0.01, 0.0, -0.02), slope=(0.99, 1.0, 1.05))
@@ -84,6 +86,42 @@ def test_readings_are_corrected_once(true, read) -> None:
     same(back, read)
     assert back.setup == read.setup
     assert uncalibrated(read) is read
+
+
+def test_true_errors_are_told_for_the_readings_as_they_are_corrected(true, read) -> None:
+    """What the simulator tells under one calibration, checked sample by sample under another."""
+    errs = {"accelerometer": ([1.02, 0.97, 1.0], [0.1, -0.2, 0.3]),
+            "gyroscope": ([0.99, 1.0, 1.05], [0.01, 0.0, -0.02])}  # fmt: skip
+    older = AxisCalibration(zero=(0.3, 0.1, -0.1), slope=(1.1, 0.9, 1.2))
+    told = {"source_offset/b": np.array(0.02 - 0.005), "accelerometer_bias/two": np.full(3, 7.0)}
+    for kind, (scale, bias) in errs.items():
+        told[f"{kind}_scale/one"] = np.array(scale) / older.slope
+        told[f"{kind}_bias/one"] = (np.array(bias) - older.zero) / older.slope
+        told[f"{kind}_drift/one"] = np.zeros((20, 3)) + 0.1 / np.array(older.slope)
+    declared = Calibration(
+        accelerometer={"one": older}, gyroscope={"one": older},
+        source_offset={"source/b": SourceOffset(0.005)},
+    )  # fmt: skip
+    truth = Truth(Trajectory(np.arange(2.0), np.zeros((2, 1))), "<mujoco/>", told)
+    start = replace(read, setup=Setup(calibration=declared), truth=truth)
+    # Applied or not, the truth is told for corrected readings: going to and fro changes nothing.
+    assert calibrated(start).truth is truth and uncalibrated(calibrated(start)).truth is truth
+    newer = Calibration(
+        accelerometer={"one": AxisCalibration(zero=(0.2, 0.2, 0.2), slope=(0.9, 0.9, 0.9))},
+        source_offset={"b": SourceOffset(0.012)},
+    )
+    for begin in (start, calibrated(start)):
+        out = with_calibration(begin, newer)
+        now = out.truth.parameters
+        for kind in errs:
+            exact = getattr(true.inertial["one"], kind)
+            expected = now[f"{kind}_scale/one"] * exact + now[f"{kind}_bias/one"]
+            np.testing.assert_allclose(getattr(out.inertial["one"], kind), expected, atol=1e-12)
+        np.testing.assert_allclose(now["accelerometer_drift/one"], 0.1 / 0.9)
+        np.testing.assert_allclose(now["gyroscope_drift/one"], told["gyroscope_drift/one"])
+        np.testing.assert_array_equal(now["accelerometer_bias/two"], told["accelerometer_bias/two"])
+        excess = np.asarray(out.ranges.distance) - np.asarray(true.ranges.distance)
+        np.testing.assert_allclose(excess[1::2], now["source_offset/b"], atol=1e-12)
 
 
 @pytest.mark.parametrize("names", [("a", "b"), ("source/a", "b"), ("a", "source/b")])

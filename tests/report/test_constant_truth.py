@@ -76,6 +76,15 @@ def test_places_and_lengths_come_from_the_true_body(made, reference):
     np.testing.assert_allclose(truth["source_offset/hat"], [0.004])
 
 
+def test_mountings_told_from_another_body_do_not_count(made, reference):
+    told = dict(reference.truth.parameters) | {"mounting_rotation/head": np.array([0.5, 0.0, 0.0])}
+    stale = dataclasses.replace(
+        reference, truth=dataclasses.replace(reference.truth, parameters=told)
+    )
+    truth = constant_truth(made, stale)
+    np.testing.assert_allclose(truth["mounting_rotation/head"], TURN, atol=1e-9)
+
+
 def test_drifting_biases_are_means_over_the_data_used(made, reference):
     whole = constant_truth(made, reference)["gyroscope_bias/head"]
     np.testing.assert_allclose(whole, [0.01 + 1e-3 * 29.5, 0.02, 0.03], atol=1e-9)

@@ -27,11 +27,13 @@ from mocap_jax.initialise.mounting import (
 from mocap_jax.initialise.mounting.limb_turns import believed
 from mocap_jax.initialise.orientation_calibration import (
     AXES,
+    check_heading,
     specs_on_sites,
     turn_to_forward,
     turned_stream,
     with_sites,
 )
+from mocap_jax.initialise.true_mounting import with_true_mounting
 from mocap_jax.recording import Recording, RestHold
 
 HEADINGS = ("auto", "own", "common")
@@ -103,10 +105,8 @@ def calibrate_mounting(
 def _check(worn: Mapping[str, str], headings: str, facing: Heading | None) -> None:
     if headings not in HEADINGS:
         raise unknown_name("headings:", headings, HEADINGS)
-    if facing is not None and facing.sensor not in worn:
-        raise unknown_name("facing: sensor", facing.sensor, tuple(worn))
-    if facing is not None and facing.axis not in AXES:
-        raise unknown_name("facing: axis", facing.axis, AXES)
+    if facing is not None:
+        check_heading(facing, worn, "facing")
 
 
 def _only(recording: Recording, worn: Mapping[str, str]) -> Recording:
@@ -205,7 +205,10 @@ def _placed(
     R = {s.sensor: s.R_segment_sensor for s in sensors}
     carrier = with_sites(body, segments, R, positions)
     setup = dataclasses.replace(recording.setup, sensors=specs_on_sites(recording, segments))
-    turned = dataclasses.replace(recording, inertial=streams, setup=setup, body_xml=carrier.xml)
+    truth = with_true_mounting(recording.truth, carrier, {s.sensor: s.heading for s in sensors})
+    turned = dataclasses.replace(
+        recording, inertial=streams, setup=setup, body_xml=carrier.xml, truth=truth
+    )
     return MountingCalibration(
         turned, load_body(carrier.xml), sensors, rest, np.asarray(body.qpos0), facing, found.limbs
     )

@@ -24,24 +24,31 @@ def rest_interval(recording: Recording, time: float | None) -> tuple[float, floa
             first five.
 
     Raises:
-        InputError: the time is outside the recording, or nobody is still then.
+        InputError: the time or the declared rest hold is outside the recording, or nobody is still
+            then.
     """
     first, last = recording.interval
+    what, rest = "", recording.setup.rest
     if time is not None:
         if not first <= time <= last:
             raise InputError(
                 f"time {time:g} s is outside the recording; valid: {first:.2f} to {last:.2f} s"
             )
         start, end = max(time - _HALF, first), min(time + _HALF, last)
-    elif recording.setup.rest is not None:
-        return recording.setup.rest.start, recording.setup.rest.end
+    elif rest is not None:
+        start, end, what = rest.start, rest.end, "declared rest hold: "
+        if start > last or end < first:
+            raise InputError(
+                f"the declared rest hold, {start:.2f} to {end:.2f} s, is outside the recording, "
+                f"{first:.2f} to {last:.2f} s: give a time of a still second{_stillest(recording)}"
+            )
     else:
         still = find_still(recording, RestOptions(search=_SEARCH, window=_WINDOW))
         start, end = still.start, min(still.end, last)
     rate = rate_within(recording, start, end)
     if rate > _STILL and np.isfinite(rate):
         raise InputError(
-            f"nobody is still at {start:.2f} to {end:.2f} s ({rate:.2f} rad/s, at most "
+            f"{what}nobody is still at {start:.2f} to {end:.2f} s ({rate:.2f} rad/s, at most "
             f"{_STILL:g}): give a time of a still second{_stillest(recording)}"
         )
     return start, end
