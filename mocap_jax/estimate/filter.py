@@ -28,6 +28,7 @@ from mocap_jax.estimate.inputs import (
     mounting_remarks,
     uses_root,
 )
+from mocap_jax.estimate.magnetometers import stray_remarks
 from mocap_jax.initialise import RestEstimate, rest_pose
 from mocap_jax.kalman import SigmaPoints, State
 from mocap_jax.recording import Recording
@@ -111,6 +112,7 @@ def run_ekf(
         setup=recording.setup,
         remarks=(
             *mounting_remarks(recording),
+            *stray_remarks(recording, options.kinds),
             *rest.remarks,
             *remarks,
             *gauge_remarks(use_root, kinds=options.kinds, oriented=oriented),

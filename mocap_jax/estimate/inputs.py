@@ -39,6 +39,17 @@ def measures_orientation(recording: Recording) -> bool:
     return any(np.isfinite(np.asarray(board.orientation)).any() for board in boards)
 
 
+def measured_kinds(recording: Recording) -> tuple[str, ...]:
+    """Letters of the kinds of measurements that a recording has; magnetic fields aside."""
+    boards = recording.inertial.values()
+    there = {
+        letter: any(np.isfinite(np.asarray(getattr(board, name))).any() for board in boards)
+        for letter, name in (("A", "accelerometer"), ("G", "gyroscope"), ("O", "orientation"))
+    }
+    there["D"] = recording.ranges is not None and len(recording.ranges.time) > 0
+    return tuple(letter for letter in "AGDO" if there[letter])
+
+
 def gauge_remarks(
     root_given: bool, *, kinds: str = "AG", oriented: bool = False, contacts: bool = False
 ) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ from jaxtyping import Float
 from mocap_jax.body import Body, site_frames
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.filter_options import EkfOptions
+from mocap_jax.estimate.inputs import measured_kinds
 from mocap_jax.estimate.magnetic_heading import field_at, magnetic_heading
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.initialise import RestEstimate, rest_pose
@@ -78,6 +79,17 @@ def filter_figures(
     return np.array([north or 0.0, options.magnetic_sigma, shared, pull])
 
 
+def stray_remarks(recording: Recording, kinds: str) -> tuple[str, ...]:
+    """Which magnetometers are left out under kind `M`, because no board bears their name."""
+    strays = _strays(recording) if "M" in kinds else ()
+    if not strays:
+        return ()
+    return (
+        f"Magnetometers left out, of which there are no inertial readings: {', '.join(strays)} "
+        f"(sensors: {', '.join(recording.inertial)}).",
+    )
+
+
 def north_at_rest(recording: Recording, body: Body, rest: RestEstimate) -> float:
     """Direction of magnetic north in the world [rad], from X about Z, in the pose at rest.
 
@@ -108,9 +120,16 @@ def _worn(recording: Recording) -> tuple[str, ...]:
     return tuple(name for name in recording.magnetic if name in recording.inertial)
 
 
+def _strays(recording: Recording) -> tuple[str, ...]:
+    return tuple(name for name in recording.magnetic if name not in recording.inertial)
+
+
 def _check(recording: Recording) -> None:
-    if not _worn(recording):
-        raise InputError(
-            "kind M: the recording has no magnetic streams (/magnetic/<sensor>) of its sensors; "
-            "valid kinds: letters of A, G, D, O"
-        )
+    if _worn(recording):
+        return
+    strays = ", ".join(_strays(recording))
+    of = f" (only of {strays}, which are none: no /inertial/<sensor>)" if strays else ""
+    raise InputError(
+        f"kind M: the recording has no magnetic streams (/magnetic/<sensor>) of its sensors{of}; "
+        f"valid kinds: {', '.join(measured_kinds(recording)) or '(none)'}"
+    )

@@ -11,14 +11,14 @@ from mocap_jax import linalg
 from mocap_jax.body import Body
 from mocap_jax.errors import SolveError
 from mocap_jax.estimate.central_velocity import central_velocity
-from mocap_jax.estimate.constant_names import calibration, constant_places
+from mocap_jax.estimate.constant_names import calibration
 from mocap_jax.estimate.inputs import gauge_remarks, mounting_remarks
+from mocap_jax.estimate.magnetometers import stray_remarks
 from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.outcome_status import STATUS_OF
 from mocap_jax.estimate.rest_biases import read_in_the_hold, rest_biases
 from mocap_jax.estimate.sequence.adapt import implausible, re_estimate
 from mocap_jax.estimate.sequence.corner import constant_values
-from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.levels import (
     Levels,
     any_wrong,
@@ -34,6 +34,11 @@ from mocap_jax.estimate.sequence.problem import SequenceProblem, State
 from mocap_jax.estimate.sequence.statistics import residual_statistics
 from mocap_jax.estimate.sequence.terms import Built
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
+from mocap_jax.estimate.whole_sequence_record import (
+    option_record,
+    prior_deviations,
+    undetermined_remark,
+)
 from mocap_jax.least_squares import NormalEquations, Outcome, Result, minimise
 from mocap_jax.measurement import FrameData
 from mocap_jax.recording import Recording
@@ -181,9 +186,7 @@ class Run:
                 covariance, pairs, constants = self._covariance(state)
             except SolveError as error:
                 status = Status.UNDETERMINED
-                remarks.append(
-                    _undetermined(str(error), root_given=root_given, oriented=self._oriented)
-                )
+                remarks.append(undetermined_remark(str(error), root_given, self._oriented))
         solution = Solution(
             trajectory=Trajectory(np.asarray(self.data.time), state.q, self._velocity(state)),
             body=self.body,
@@ -193,6 +196,7 @@ class Run:
             remarks=(
                 *recording.salvage,
                 *mounting_remarks(recording),
+                *stray_remarks(recording, self.options.kinds),
                 *remarks,
                 *self._gauge(root_given),
             ),  # fmt: skip
@@ -204,7 +208,7 @@ class Run:
             statistics=residual_statistics(
                 self.problem.residuals(state), changed, self.built, self.data, self.body
             ),
-            options=_record(self.options, self.levels),
+            options=option_record(self.options, self.levels),
             **self._calibration(state, constants),  # type: ignore[arg-type]
         )
         told = determination_remark(solution) if self._reads_constants else ""
@@ -274,7 +278,7 @@ class Run:
         sensors, values = self.data.sensors, constant_values(state.constants)
         found, deviations = calibration(layout, sensors, values, covariance, self.built.walk)
         once = prior_from(self.levels, layout, np.ones(layout.constants))
-        prior = _prior_deviations(layout, sensors, once)
+        prior = prior_deviations(layout, sensors, once)
         return {
             "calibration": found,
             "calibration_std": deviations,
@@ -285,26 +289,3 @@ class Run:
     def _velocity(self, state: State) -> np.ndarray:
         """Central differences of the poses, in the tangent space."""
         return central_velocity(self.body, state.q, float(self.data.step))
-
-
-def _prior_deviations(
-    layout: Layout, sensors: tuple[str, ...], information: np.ndarray
-) -> dict[str, np.ndarray]:
-    """By name; of walks those of the steps, (n, 3)."""
-    out = {k: 1 / np.sqrt(information[at]) for k, at in constant_places(layout, sensors).items()}
-    walks = ("gyroscope_bias_walk", "accelerometer_bias_walk")
-    return {k: v.reshape(-1, 3) if k.split("/")[0] in walks else v for k, v in out.items()}
-
-
-def _undetermined(reason: str, root_given: bool, oriented: bool) -> str:
-    free = "root position" if oriented else "root position, heading and their slow drift"
-    what = "some poses" if root_given else free
-    return f"The data do not determine {what}; no covariance ({reason})."
-
-
-def _record(options: OptimiseOptions, levels: Levels) -> dict[str, object]:
-    record = dataclasses.asdict(dataclasses.replace(options, user_residuals=(), pose_prior=None))
-    record["pose_prior"] = options.pose_prior.name if options.pose_prior else None
-    record["user_residuals"] = [r.name for r in options.user_residuals]
-    record["levels"] = dataclasses.asdict(levels)
-    return record

@@ -76,6 +76,7 @@ def test_the_filter_finds_its_heading(recording: mj.Recording, iron: bool) -> No
     options = mj.EkfOptions(kinds="AGM", root="free", magnetic_pull=1.0, **FIGURES)
     held = mj.ekf(given, options=options)
     assert heading_error(held, recording) < 4.0
+    assert not any("Magnetometers left out" in text for text in held.remarks)
     assert held.statistics["magnetometer/thigh"]["count"] > 500
 
 
@@ -85,11 +86,14 @@ def test_the_optimiser_finds_its_heading(recording: mj.Recording) -> None:
             kinds=kinds, root="free", covariance=False, noise=mj.NoiseOptions(adapt=False),
             **FIGURES,
         )  # fmt: skip
-        return mj.optimise(misfaced(disturbed(recording)), options=options)
+        given = misfaced(disturbed(recording))
+        strange = given.magnetic | {"iron": given.magnetic["shank"]}
+        return mj.optimise(dataclasses.replace(given, magnetic=strange), options=options)
 
     assert heading_error(run("AG"), recording) > 12.0
     held = run("AGM")
     assert held.status.ok
+    assert any("left out, of which there are no inertial readings: iron" in t for t in held.remarks)
     assert heading_error(held, recording) < 3.0
 
 
@@ -99,5 +103,8 @@ def test_wrong_input(recording: mj.Recording) -> None:
         mj.ekf(blind, options=mj.EkfOptions(kinds="AGM", root="free"))
     with pytest.raises(InputError, match="kind M: the recording has no magnetic streams"):
         mj.optimise(blind, options=mj.OptimiseOptions(kinds="AGM", root="free"))
+    lost = dataclasses.replace(recording, magnetic={"iron": recording.magnetic["shank"]})
+    with pytest.raises(InputError, match=r"only of iron, .*; valid kinds: A, G$"):
+        mj.ekf(lost, options=mj.EkfOptions(kinds="AGM", root="free"))
     with pytest.raises(InputError, match="magnetic_sigma, magnetic_time, magnetic_pull"):
         mj.EkfOptions(magnetic_time=0.0)
