@@ -11,6 +11,11 @@ from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.levels import Levels
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 
+ROUNDED_DEVIATIONS = (
+    "Deviations of constants come from equations shifted by their rounding error, which holds the "
+    "root's drift: they are too small by up to a tenth."
+)
+
 
 def prior_deviations(
     layout: Layout, sensors: tuple[str, ...], information: np.ndarray

@@ -7,7 +7,6 @@ import dataclasses
 import numpy as np
 from tqdm import tqdm
 
-from mocap_jax import linalg
 from mocap_jax.body import Body
 from mocap_jax.errors import SolveError
 from mocap_jax.estimate.central_velocity import central_velocity
@@ -24,8 +23,6 @@ from mocap_jax.estimate.sequence.levels import (
     any_wrong,
     information,
     initial_levels,
-    mostly_wrong,
-    prior_counts,
     prior_from,
     prior_information,
     repeats,
@@ -33,13 +30,15 @@ from mocap_jax.estimate.sequence.levels import (
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State
 from mocap_jax.estimate.sequence.statistics import residual_statistics
 from mocap_jax.estimate.sequence.terms import Built
+from mocap_jax.estimate.stated_covariance import StatedCovariance
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.estimate.whole_sequence_record import (
+    ROUNDED_DEVIATIONS,
     option_record,
     prior_deviations,
     undetermined_remark,
 )
-from mocap_jax.least_squares import NormalEquations, Outcome, Result, minimise
+from mocap_jax.least_squares import Outcome, Result, minimise
 from mocap_jax.measurement import FrameData
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution, Status, determination_remark
@@ -126,10 +125,6 @@ class Run:
             self.doubted = implausible(self.problem, state, self.options.constants)
         return levels.with_full_share() if self.doubted else levels
 
-    def _counts(self) -> np.ndarray:
-        """How often the prior of each constant counted in the last round (m,)."""
-        return prior_counts(self.levels, self.built, self.repeats, last=True)
-
     def _prior_information(self, *, last: bool) -> np.ndarray:
         return prior_information(self.levels, self.built, self.repeats, last=last)
 
@@ -183,10 +178,12 @@ class Run:
         covariance, pairs, constants = None, None, None
         if status.ok:
             try:
-                covariance, pairs, constants = self._covariance(state)
+                covariance, pairs, constants = self._stated.of_all(state, self.options)
             except SolveError as error:
                 status = Status.UNDETERMINED
                 remarks.append(undetermined_remark(str(error), root_given, self._oriented))
+                if (constants := self._stated.of_constants_alone(state)) is not None:
+                    remarks.append(ROUNDED_DEVIATIONS)
         solution = Solution(
             trajectory=Trajectory(np.asarray(self.data.time), state.q, self._velocity(state)),
             body=self.body,
@@ -234,41 +231,12 @@ class Run:
         """Whether measured orientations are used."""
         return "O" in self.options.kinds and bool(np.isfinite(self.data.orientation).any())
 
-    def _covariance(
-        self, state: State
-    ) -> tuple[np.ndarray | None, np.ndarray | None, np.ndarray | None]:
-        """Of poses and of neighbouring poses, as wanted, and of the constants."""
-        equations, f = self._stated(state)
-        constants = linalg.corner_covariance(f) if self.built.layout.use_border else None
-        if not self.options.covariance:
-            return None, None, constants
-        if not self.options.pair_covariance:
-            return linalg.marginals(f, equations.border), None, constants
-        return *linalg.pair_marginals(f, equations.border), constants
-
-    def _stated(self, state: State) -> tuple[NormalEquations, linalg.ArrowFactor]:
-        """Equations and factor whose inverse is stated as the covariance.
-
-        Where model errors repeat with the motion, priors of constants and of the rest pose count
-        `repeats` times in the solve. What is stated is rather that the data say that much less of
-        constants, which vary by the root of it more, and that the rest pose is known as declared.
-        """
-        equations, f = self.problem.factorised(state)
-        if not self.built.layout.use_border:
-            return equations, f
-        corner = f.corner / np.sqrt(self._counts())
-        if (
-            self.repeats > 1
-            and len(self.built.rest_frames)
-            and mostly_wrong(self.levels, self.built)
-        ):
-            counted = self.problem.terms.reference_information
-            self.problem.replace_terms(
-                reference_information=self._information(state, 1.0)["reference_information"]
-            )
-            equations, f = self.problem.factorised(state)
-            self.problem.replace_terms(reference_information=counted)
-        return equations, dataclasses.replace(f, corner=corner)
+    @property
+    def _stated(self) -> StatedCovariance:
+        return StatedCovariance(
+            self.problem, self.built, self.levels, self.repeats,
+            lambda state: self._information(state, 1.0)["reference_information"],
+        )  # fmt: skip
 
     def _calibration(self, state: State, covariance: np.ndarray | None) -> dict[str, object]:
         """Constants by name, with their deviations; NaN where the covariance is unknown."""

@@ -54,6 +54,7 @@ def shifted_factor(
     *,
     damping: float = 0.0,
     attempts: int = 6,
+    least: float = 1.0,
 ) -> tuple[ArrowFactor, float]:
     """Factor an arrow matrix, shifted by as little as makes it positive definite in rounding.
 
@@ -63,6 +64,7 @@ def shifted_factor(
         border: as for `factor`.
         damping: asked for in any case.
         attempts: number of shifts to try; each is ten times the one before.
+        least: the first of them, in units of the rounding error of the largest diagonal element.
 
     Returns:
         The factor and the diagonal that was added beyond `damping` (0 if none was needed).
@@ -71,7 +73,7 @@ def shifted_factor(
         SolveError: not even the largest shift helped.
     """
     largest = float(np.diagonal(lower[:, 0], axis1=1, axis2=2).max())
-    *shifts, last = (0.0, *(_EPS * largest * 10.0**i for i in range(attempts)))
+    *shifts, last = (0.0, *(_EPS * largest * least * 10.0**i for i in range(attempts)))
     for shift in shifts:
         try:
             return factor(lower, corner, border, damping=damping + shift), shift
