@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from mocap_jax.compilation_cache import enable_compilation_cache as enable_compilation_cache
     from mocap_jax.conversion import ConvertOptions as ConvertOptions
     from mocap_jax.conversion import convert as convert
-    from mocap_jax.conversion import worn_by as worn_by
+    from mocap_jax.conversion import wear as wear
     from mocap_jax.errors import InputError as InputError
     from mocap_jax.errors import MocapError as MocapError
     from mocap_jax.errors import SolveError as SolveError
@@ -73,7 +73,6 @@ if TYPE_CHECKING:
     from mocap_jax.initialise import check_sensors as check_sensors
     from mocap_jax.initialise import find_joint as find_joint
     from mocap_jax.initialise import joint_recording as joint_recording
-    from mocap_jax.initialise import wear as wear
     from mocap_jax.initialise import with_orientations as with_orientations
     from mocap_jax.io import export_motion as export_motion
     from mocap_jax.io import read_recording as read_recording
@@ -132,7 +131,7 @@ _HOME = {
         "calibrate_source_offsets",
     ),
     "compilation_cache": ("enable_compilation_cache",),
-    "conversion": ("ConvertOptions", "convert", "worn_by"),
+    "conversion": ("ConvertOptions", "convert", "wear"),
     "errors": ("InputError", "MocapError", "SolveError"),
     "estimate": (
         "AnchorRanges", "ConstantsOptions", "ContactOptions", "EkfOptions", "MountingCalibration",
@@ -145,7 +144,7 @@ _HOME = {
     "kalman": ("SigmaPoints",),
     "initialise": (
         "Heading", "JointFinding", "JointOptions", "SensorCheck", "calibrate_to_pose",
-        "check_readings", "check_sensors", "find_joint", "joint_recording", "wear",
+        "check_readings", "check_sensors", "find_joint", "joint_recording",
         "with_orientations",
     ),
     "io": (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import os
 import sys
 from pathlib import Path
@@ -54,21 +53,11 @@ def load_clip(name: str, seconds: float | None = None) -> Any:
     import mocap_jax as mj
 
     if name in mj.BUILTIN_MOTIONS:
-        return first_seconds(mj.builtin_motion(name), seconds)
-    path = Path(name) if Path(name).exists() else folder() / name
-    motion = mj.load_motion(path if path.exists() else name, fps=TRUE_RATE.get(path.name))
-    return first_seconds(motion, seconds)
-
-
-def first_seconds(motion: Any, seconds: float | None) -> Any:
-    """The beginning of a motion, or all of it."""
-    if seconds is None:
-        return motion
-    path = motion.trajectory
-    keep = int((path.time <= path.time[0] + seconds).sum())
-    velocity = None if path.v is None else path.v[:keep]
-    shorter = dataclasses.replace(path, time=path.time[:keep], q=path.q[:keep], v=velocity)
-    return dataclasses.replace(motion, trajectory=shorter)
+        motion = mj.builtin_motion(name)
+    else:
+        path = Path(name) if Path(name).exists() else folder() / name
+        motion = mj.load_motion(path if path.exists() else name, fps=TRUE_RATE.get(path.name))
+    return motion if seconds is None else mj.cut_motion(motion, 0.0, seconds)
 
 
 def subject_of(name: str) -> str:

@@ -101,6 +101,11 @@ def _jobs(inputs: list[str], folder: Path, asked: Estimation) -> list[Job]:
             p.name.removesuffix(".solution.mcap"): [p]
             for p in sorted(Path(asked.initial).glob("*.solution.mcap"))
         }
+    if asked.setup is not None:
+        from mocap_jax.io import read_setup_figures
+
+        read_setup_figures(asked.setup)  # a fault in it is told before the work
+        more.setdefault("", []).append(Path(asked.setup))
     options = {**dataclasses.asdict(asked), "version": __version__}
     return jobs_of(inputs, folder, options, more=more)
 

@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
             air=AirOptions(arguments.temperature, arguments.humidity), workers=arguments.workers,
             progress=show,
         )  # fmt: skip
-    decoded = replace(decoded, recording=corrected(arguments, decoded.recording))
+    decoded = replace(decoded, recording=corrected(arguments.setup, decoded.recording))
     write_recording(output, decoded.recording)
     print(f"{output}: {_heading(decoded)}, detector {name}")
     for line in _lines(decoded):

@@ -12,6 +12,7 @@ from mocap_jax.cli.exit_codes import UsageError
 from mocap_jax.cli.human_text import human_of, is_human, read_human
 from mocap_jax.cli.methods import solve
 from mocap_jax.cli.results import errors_against_truth
+from mocap_jax.cli.setup_choice import corrected
 from mocap_jax.cli.skeleton import is_skeleton, read_body
 from mocap_jax.cli.stretch import cut_as_asked, cut_remarks
 from mocap_jax.errors import InputError
@@ -42,10 +43,11 @@ def estimate_recording(
     """Check a recording and estimate its motion.
 
     Args:
-        whole: the recording, not yet cut.
+        whole: the recording, not yet corrected by the set-up file asked for, nor cut.
         source: its file, for messages.
         asked: how.
-        warn: told each sensor that looks wrong, before the estimate.
+        warn: told each sensor that looks wrong, and names in the set-up file that nobody bears,
+            before the estimate.
         body: `body_asked_for(asked.body)`.
         progress: show progress bars on stderr.
 
@@ -58,11 +60,10 @@ def estimate_recording(
     """
     from mocap_jax.io import validate_recording
 
+    whole = corrected(asked.setup, whole, warn)
     recording = cut_as_asked(asked, whole, str(source))
-    if body is not None and is_human(asked.body):
+    if body is not None and (is_human(asked.body) or is_skeleton(asked.body)):
         recording, body = _dressed(recording, body, source, asked.body or "")
-    elif body is not None and is_skeleton(asked.body):
-        recording, body = _on_skeleton(recording, body, source)
     validate_recording(recording, body, name=str(source), body_name=asked.body or "body.xml")
     if asked.root == "given" and recording.root is None:
         raise UsageError(f"--root given: {source} has no root pose (topic /root); valid: free")
@@ -95,25 +96,13 @@ def _initial(path: str | None) -> Solution | None:
 
 
 def _dressed(recording: Recording, body: Body, source: Path, text: str) -> tuple[Recording, Body]:
-    """The recording on the built-in human, and the human with its sensors."""
-    from mocap_jax.body import load_body
-    from mocap_jax.conversion import worn_by
-
-    try:
-        recording = worn_by(recording, body)
-    except InputError as error:
-        raise InputError(f"{source}: --body {text}: {error}") from error
-    return recording, load_body(recording.body_xml or "")
-
-
-def _on_skeleton(recording: Recording, body: Body, source: Path) -> tuple[Recording, Body]:
     """The recording on a body without sites of its own, and that body with its sensors."""
-    from mocap_jax.initialise import wear
+    from mocap_jax.conversion import wear
 
     try:
         return wear(recording, body)
     except InputError as error:
-        raise InputError(f"{source}: {error}") from error
+        raise InputError(f"{source}: --body {text}: {error}") from error
 
 
 def _suspicions(recording: Recording, body: Body | None) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from mocap_jax.cli.exit_codes import UsageError, unknown_choice
 from mocap_jax.cli.human_text import HUMAN_FORM, is_human, read_human
 from mocap_jax.cli.methods import FILTERS, METHODS, PRESETS, Preset
 from mocap_jax.cli.parser import sensor_kinds
+from mocap_jax.cli.setup_choice import add_setup_argument
 from mocap_jax.cli.stretch import add_cut_arguments
 
 
@@ -27,6 +28,8 @@ class Estimation:
     preset: str | None = None
     initial: str | None = None
     """Solution file to start from; of a batch the folder of them."""
+    setup: str | None = None
+    """Set-up file whose noise and calibration replace the recording's."""
     start: float | None = None
     """[s]"""
     stop: float | None = None
@@ -64,7 +67,8 @@ def add_estimation_arguments(parser: argparse.ArgumentParser, initial: str) -> N
     what = "solution" if initial == "FILE" else "solutions NAME.solution.mcap"
     parser.add_argument(
         "--initial", metavar=initial,
-        help=f"with --method optimise: start from {what} in {initial} instead of the filter",
+        help=f"with --method optimise or orientation: start from {what} in {initial} instead of "
+        "the filter",
     )  # fmt: skip
     parser.add_argument(
         "--sensors", type=sensor_kinds, metavar="A,G,D,O,M",
@@ -84,6 +88,7 @@ def add_estimation_arguments(parser: argparse.ArgumentParser, initial: str) -> N
         "--preset", metavar="NAME",
         help="; ".join(f"{name}: {preset.summary}" for name, preset in PRESETS.items()),
     )  # fmt: skip
+    add_setup_argument(parser, "readings are corrected by it")
     add_cut_arguments(parser)
 
 
@@ -107,21 +112,22 @@ def estimation_of(arguments: argparse.Namespace) -> Estimation:
     if arguments.contacts and method != "optimise":
         raise UsageError(f"--contacts belongs to --method optimise, not to {method}")
     if arguments.initial is not None and method in FILTERS:
-        raise UsageError(f"--initial belongs to --method optimise, not to {method}")
+        raise UsageError(f"--initial belongs to --method optimise or orientation, not to {method}")
     if is_human(arguments.body):
         read_human(arguments.body)
     # A path is kept whole: workers of a batch may run elsewhere.
-    initial = None if arguments.initial is None else str(Path(arguments.initial).absolute())
+    whole = lambda path: None if path is None else str(Path(path).absolute())  # noqa: E731
     body = arguments.body
     return Estimation(
-        body=body if body is None or is_human(body) else str(Path(body).absolute()),
+        body=body if is_human(body) else whole(body),
         method=arguments.method,
         smooth=arguments.smooth,
         sensors=arguments.sensors,
         root=arguments.root,
         contacts=arguments.contacts,
         preset=arguments.preset,
-        initial=initial,
+        initial=whole(arguments.initial),
+        setup=whole(arguments.setup or None),
         start=arguments.start,
         stop=arguments.stop,
     )

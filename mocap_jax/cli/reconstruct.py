@@ -12,7 +12,6 @@ from mocap_jax.cli.exit_codes import FAILURE
 from mocap_jax.cli.files import exit_code, output_file, read_input
 from mocap_jax.cli.parser import add_json_argument
 from mocap_jax.cli.results import describe_solution, ends_before_scores, to_json, write_json
-from mocap_jax.cli.setup_choice import add_setup_argument, corrected
 from mocap_jax.errors import InputError
 
 SUMMARY = "estimate the motion in a recording"
@@ -26,7 +25,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", metavar="OUT", help="solution to write (default: REC.solution.mcap)"
     )
     add_estimation_arguments(parser, initial="FILE")
-    add_setup_argument(parser, "readings are corrected by it")
     add_json_argument(parser)
 
 
@@ -43,7 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
     from mocap_jax.io import write_solution
 
     body = body_asked_for(arguments.body)
-    recording = corrected(arguments, read_input(source))
+    recording = read_input(source)
     solution, errors = estimate_recording(
         recording, source, asked, body=body, progress=sys.stderr.isatty(),
         warn=lambda text: print(f"mocap-jax: warning: {source}: {text}", file=sys.stderr),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -17,6 +18,11 @@ def add_setup_argument(parser: argparse.ArgumentParser, use: str) -> None:
         "--setup", metavar="SETUP.toml",
         help=f"noise and calibration of the sensors (see mocap-jax calibrate): {use}",
     )  # fmt: skip
+
+
+def warn_on_stderr(text: str) -> None:
+    """Tell a warning."""
+    print(f"mocap-jax: warning: {text}", file=sys.stderr)
 
 
 def setup_figures(arguments: argparse.Namespace, worn: str | None = None) -> SetupFigures | None:
@@ -35,33 +41,43 @@ def setup_figures(arguments: argparse.Namespace, worn: str | None = None) -> Set
     return read_setup_figures(arguments.setup)
 
 
-def corrected(arguments: argparse.Namespace, recording: Recording) -> Recording:
-    """The recording with the figures of `--setup`, if that was given."""
-    figures = setup_figures(arguments)
-    if figures is None:
+def corrected(
+    setup: str | None, recording: Recording, warn: Callable[[str], None] = warn_on_stderr
+) -> Recording:
+    """The recording with the figures of a set-up file; as it is without one.
+
+    Args:
+        setup: the file of `--setup`.
+        recording: any.
+        warn: told names of the calibration that nobody bears.
+    """
+    if not setup:
         return recording
+    from mocap_jax.io import read_setup_figures
     from mocap_jax.recording import with_calibration
 
-    warn_of_strangers(arguments, figures, recording.setup, tuple(recording.inertial))
+    figures = read_setup_figures(setup)
+    for text in strangers(setup, figures, recording.setup, tuple(recording.inertial)):
+        warn(text)
     return with_calibration(recording, figures.calibration, figures.noise)
 
 
-def warn_of_strangers(
-    arguments: argparse.Namespace, figures: SetupFigures, setup: Setup, sensors: tuple[str, ...]
-) -> None:
-    """Say on stderr which names of the calibration nobody here bears: they may be misspelt."""
+def strangers(
+    file: str, figures: SetupFigures, setup: Setup, sensors: tuple[str, ...]
+) -> tuple[str, ...]:
+    """Which names of a file's calibration nobody here bears, in sentences: they may be misspelt."""
     from mocap_jax.recording.calibration import same_source
 
-    calibration = figures.calibration
+    calibration, out = figures.calibration, []
     for what, names, known in (
         ("sensor", {**calibration.accelerometer, **calibration.gyroscope}, sensors),
         ("source", calibration.source_offset, setup.sources),
     ):
         same = same_source if what == "source" else str.__eq__
-        strangers = [name for name in names if not any(same(name, other) for other in known)]
-        if strangers and known:
-            print(
-                f"mocap-jax: warning: {arguments.setup}: calibrates {what} "
-                f"{', '.join(strangers)}, which is not worn; there are: {', '.join(known)}",
-                file=sys.stderr,
+        unknown = [name for name in names if not any(same(name, other) for other in known)]
+        if unknown and known:
+            out.append(
+                f"{file}: calibrates {what} {', '.join(unknown)}, which is not worn; there are: "
+                f"{', '.join(known)}"
             )
+    return tuple(out)

@@ -12,7 +12,12 @@ from mocap_jax.cli.exit_codes import SUCCESS, UsageError, unknown_choice
 from mocap_jax.cli.files import output_file
 from mocap_jax.cli.human_text import is_human
 from mocap_jax.cli.parser import count, number_between
-from mocap_jax.cli.setup_choice import add_setup_argument, setup_figures, warn_of_strangers
+from mocap_jax.cli.setup_choice import (
+    add_setup_argument,
+    setup_figures,
+    strangers,
+    warn_on_stderr,
+)
 from mocap_jax.cli.simulation_choices import (
     add_recording_arguments,
     refuse_for_raw,
@@ -99,7 +104,8 @@ def run(arguments: argparse.Namespace) -> int:
         calibration=None if figures is None else figures.calibration,
     )  # fmt: skip
     if figures is not None:
-        warn_of_strangers(arguments, figures, recording.setup, tuple(recording.inertial))
+        for text in strangers(arguments.setup, figures, recording.setup, tuple(recording.inertial)):
+            warn_on_stderr(text)
     write_recording(output, recording)
     start, end = recording.interval
     print(
@@ -129,7 +135,8 @@ def _run_raw(
         calibration=None if figures is None else figures.calibration,
     )  # fmt: skip
     if figures is not None:
-        warn_of_strangers(arguments, figures, raw.recording.setup, raw.wires)
+        for text in strangers(arguments.setup, figures, raw.recording.setup, raw.wires):
+            warn_on_stderr(text)
     pieces = tqdm(raw.chunks(), desc="simulate", total=raw.pieces, disable=None)
     raw.write(output, pieces)
     print(

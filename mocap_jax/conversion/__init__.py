@@ -2,6 +2,6 @@
 
 from mocap_jax.conversion.convert import Converted, convert, converted
 from mocap_jax.conversion.options import ConvertOptions
-from mocap_jax.conversion.worn_by import worn_by
+from mocap_jax.conversion.wear import wear
 
-__all__ = ["ConvertOptions", "Converted", "convert", "converted", "worn_by"]
+__all__ = ["ConvertOptions", "Converted", "convert", "converted", "wear"]

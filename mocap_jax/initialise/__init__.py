@@ -18,7 +18,7 @@ from mocap_jax.initialise.orientations import with_orientations
 from mocap_jax.initialise.rest_options import RestOptions
 from mocap_jax.initialise.rest_pose import RestEstimate, declared_rest, rest_pose
 from mocap_jax.initialise.still import Still, find_still
-from mocap_jax.initialise.wear import wear
+from mocap_jax.initialise.worn_in_rest_pose import worn_in_rest_pose
 
 __all__ = [
     "Heading",
@@ -38,6 +38,6 @@ __all__ = [
     "find_still",
     "joint_recording",
     "rest_pose",
-    "wear",
     "with_orientations",
+    "worn_in_rest_pose",
 ]

@@ -83,6 +83,28 @@ def test_refining_starts_from_the_solutions_of_an_earlier_batch(run, folder, mon
     assert outcome.code == 1 and "nothing to start from" in outcome.out
 
 
+def test_a_set_up_file_corrects_every_recording_and_is_part_of_what_was_done(run, folder):
+    setup, out = folder / "s.toml", folder / "out"
+    source = folder / "in" / "still.mcap"
+    arguments = ["batch", source, "-o", out, "--workers", "0", *FILTER, "--setup", setup]
+    entry = "[noise]\ngyroscope = 0.005\n[calibration.gyroscope.{}]\nzero = [{}, 0.0, 0.0]\n"
+    found = {}
+    for zero in (0.0, 0.2):
+        setup.write_text(entry.format("chest", zero) + "[calibration.gyroscope.hat]\n")
+        outcome = run(*arguments)
+        assert outcome.code == 0 and "there already" not in outcome.out, outcome.err
+        solution = read_solution(out / "still.solution.mcap")
+        found[zero] = solution.calibration["gyroscope_bias/chest"]
+        assert solution.setup.noise.gyroscope == 0.005 and solution.setup.calibration.applied
+        warnings = json.loads((out / "still.json").read_text())["warnings"]
+        assert any("s.toml: calibrates sensor hat, which is not worn" in text for text in warnings)
+    np.testing.assert_allclose(found[0.2], found[0.0] - [0.2, 0.0, 0.0], atol=1e-3)
+    assert "1 of 1 are there already" in run(*arguments).out
+    setup.write_text("[noise]\ngyro = 1.0\n")
+    outcome = run(*arguments)
+    assert outcome.code == 1 and "s.toml" in outcome.err and "gyro" in outcome.err
+
+
 @pytest.mark.parametrize(
     ("options", "code", "words"),
     [
@@ -90,13 +112,19 @@ def test_refining_starts_from_the_solutions_of_an_earlier_batch(run, folder, mon
         (["--workers", "many"], USAGE, ["many"]), (["--method", "magic"], USAGE, ["magic", "ekf"]),
         (["--initial", "nowhere"], USAGE, ["not a folder of solutions"]),
         (["--body", "nowhere.xml"], 1, ["nowhere.xml: no such MJCF file"]),
-        (["--method", "ekf", "--initial", "x"], USAGE, ["--initial belongs to --method optimise"]),
+        (["--method", "ekf", "--initial", "x"], USAGE, ["optimise or orientation"]),
     ],
 )  # fmt: skip
 def test_wrong_usage(run, recording_file, tmp_path, options, code, words):
     outcome = run("batch", recording_file, "-o", tmp_path / "out", *options)
     assert outcome.code == code and len(outcome.error_lines) == 1, outcome.err
     assert all(word in outcome.err for word in words), outcome.err
+
+
+@pytest.mark.parametrize("verb", ["batch", "reconstruct"])
+def test_help_says_which_methods_take_an_initial_solution(run, verb):
+    text = " ".join(run(verb, "--help").out.split())
+    assert "with --method optimise or orientation: start from" in text
 
 
 def test_without_dask_one_line_says_what_to_install(refused, recording_file, monkeypatch):

@@ -1,4 +1,4 @@
-"""`wear`: the boards of a recording on another body."""
+"""`worn_in_rest_pose`: the boards of a recording on a body whose segments have other frames."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ from mocap_jax.solution.poses import segment_poses
 from mocap_jax.trajectory import Trajectory
 
 
-def wear(recording: Recording, body: Body) -> tuple[Recording, Body]:
+def worn_in_rest_pose(recording: Recording, body: Body) -> tuple[Recording, Body]:
     """Put a recording's boards and sources on another body, such as one of `load_skeleton`.
 
     The declared rest pose is retargeted. In it every board keeps its orientation in the world, and
-    its offset from the joint of its segment, scaled by leg length.
+    its offset from the joint of its segment, scaled by leg length. Sites that the body has already
+    stay.
 
     Args:
         recording: with its own body, whose sites carry the boards.
@@ -47,7 +48,7 @@ def wear(recording: Recording, body: Body) -> tuple[Recording, Body]:
     sources: list[Mounting] = []
     for site, device in enumerate(own.topology.site_names):
         old = own.topology.site_body[site]
-        if old == 0:  # an anchor in the room
+        if old == 0 or device in body.topology.site_names:  # an anchor in the room, or there
             continue
         name = xsens_name(own.topology.body_names[old])
         if name not in segments:

@@ -8,12 +8,20 @@ import numpy as np
 import pytest
 
 from mocap_jax.body import load_body
-from mocap_jax.conversion import worn_by
+from mocap_jax.conversion import wear
 from mocap_jax.errors import InputError
 from mocap_jax.io import validate_recording
 from mocap_jax.motion import human, segment_lengths
-from mocap_jax.recording import InertialStream, RangeStream, Recording, SensorSpec, Setup
+from mocap_jax.recording import (
+    InertialStream,
+    RangeStream,
+    Recording,
+    SensorSpec,
+    Setup,
+    Truth,
+)
 from mocap_jax.simulation import Mounting, Suit, mount
+from mocap_jax.trajectory import Trajectory
 
 TURNED = (0.5, 0.5, 0.5, 0.5)
 SUIT = Suit(
@@ -44,7 +52,8 @@ def test_the_same_share_of_every_segment():
         ("source/belly",), ("chest",),
     )  # fmt: skip
     whole = dataclasses.replace(recording(mount(human(), SUIT).xml), ranges=ranges)
-    worn = worn_by(whole, tall)
+    worn, body = wear(whole, tall)
+    assert worn.body_xml == body.xml
     body, lengths, usual = load_body(worn.body_xml), segment_lengths(tall), segment_lengths(human())
     for device, site in zip(
         (*SUIT.boards, *SUIT.sources), ("thigh", "chest", "source/belly"), strict=True
@@ -60,7 +69,7 @@ def test_the_same_share_of_every_segment():
 
 def test_without_a_body_the_provenance_says_where():
     plain = recording(None, ("s1", "Head"), **{"segment/s1": "RightLowerLeg"})
-    worn = worn_by(plain, human(1.6))
+    worn, _ = wear(plain, human(1.6))
     topology = load_body(worn.body_xml).topology
     where = {n: topology.body_names[b] for n, b in zip(topology.site_names, topology.site_body,
                                                        strict=True)}  # fmt: skip
@@ -71,13 +80,27 @@ def test_without_a_body_the_provenance_says_where():
 
 def test_a_body_with_the_sites_keeps_them():
     dressed = mount(human(1.6), SUIT)
-    assert worn_by(recording(mount(human(), SUIT).xml), dressed).body_xml == dressed.xml
+    worn, body = wear(recording(mount(human(), SUIT).xml), dressed)
+    assert worn.body_xml == body.xml == dressed.xml
+
+
+OTHER = """<mujoco><worldbody><body name="Pelvis"><freejoint/><geom size=".1"/>
+    <site name="thigh"/>{more}</body></worldbody></mujoco>"""
+
+
+def test_the_truth_is_told_from_the_new_body():
+    made = recording(mount(human(), SUIT).xml)
+    told = {"mounting_rotation/thigh": np.array([0.3, 0.0, 0.0]), "speed_of_sound": np.array(340.0)}
+    truth = Truth(Trajectory(np.arange(2.0), np.zeros((2, 1))), made.body_xml, told)
+    worn, _ = wear(dataclasses.replace(made, truth=truth), human(1.6))
+    np.testing.assert_allclose(worn.truth.parameters["mounting_rotation/thigh"], 0.0, atol=1e-12)
+    assert float(worn.truth.parameters["speed_of_sound"]) == 340.0
 
 
 def test_what_cannot_be_told_is_refused():
     with pytest.raises(InputError, match="sensor s1: nothing says on which segment"):
-        worn_by(recording(None, ("s1",)), human())
-    other = """<mujoco><worldbody><body name="Pelvis"><freejoint/><geom size=".1"/>
-        <site name="thigh"/><site name="chest"/></body></worldbody></mujoco>"""
-    with pytest.raises(InputError, match=r"another kind, .* \(thigh, chest\)"):
-        worn_by(recording(other), human())
+        wear(recording(None, ("s1",)), human())
+    with pytest.raises(InputError, match="neither body has a site for chest; .* own: thigh"):
+        wear(recording(OTHER.format(more="")), human())
+    with pytest.raises(InputError, match="retarget|correspond|segment"):
+        wear(recording(OTHER.format(more='<site name="chest"/>')), human())
