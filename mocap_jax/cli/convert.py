@@ -80,8 +80,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--body",
         metavar="XML",
-        help=f"MJCF body to wear the sensors as the mapping says, {HUMAN_FORM} (the built-in one) "
-        "or 'mvn' (the character of an MVNX file); default: none",
+        help="MJCF body, OpenSim model (.osim) or skeleton of joint positions (.json, .npz, .csv) "
+        f"to wear the sensors as the mapping says, {HUMAN_FORM} (the built-in one) or 'mvn' (the "
+        "character of an MVNX file); default: none",
     )
     parser.add_argument("--height", type=positive_float, metavar="M", help="of --body human (1.75)")
     parser.add_argument("--rate", type=positive_float, metavar="HZ", help="sampling rate")

@@ -23,7 +23,11 @@ NOTE = """exit codes:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
-    parser.add_argument("file", metavar="FILE", help=".mcap, .amc, .bvh, .npz, .xml, .asf or .toml")
+    parser.add_argument(
+        "file",
+        metavar="FILE",
+        help=".mcap, .amc, .bvh, .npz, .xml, .osim, .asf, .json, .csv or .toml",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:

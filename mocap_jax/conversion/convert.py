@@ -30,6 +30,7 @@ from mocap_jax.io.convert import (
     recording_of,
     worn_sensors,
 )
+from mocap_jax.motion import JOINT_SUFFIXES, load_skeleton
 from mocap_jax.recording import Recording, ragged_ends
 
 MVN_BODY = "mvn"
@@ -67,8 +68,9 @@ def convert(
             `csv`; None finds out.
         mapping: which sensor is worn where (OpenSense XML, TOML, CSV), or what the columns of a
             plain file are (TOML), or the name of a preset (`qmt_full_body`, `broad`).
-        body: carries the sensors, on sites that the mapping places: a body, an MJCF file, or `mvn`
-            for the character of an MVNX file. None leaves the recording without a body.
+        body: carries the sensors, on sites that the mapping places: a body, an MJCF file, an
+            OpenSim model, a skeleton of joint positions (see `load_skeleton`), or `mvn` for the
+            character of an MVNX file. None leaves the recording without a body.
         options: units, conventions and what else the files do not say.
 
     Raises:
@@ -156,7 +158,7 @@ def _on_body(
     if isinstance(body, str) and body == MVN_BODY:
         carrier = mvn_body(poses, source.name)
     else:
-        carrier = body if isinstance(body, Body) else load_body(body, free_root=True)
+        carrier = body if isinstance(body, Body) else _read_body(body)
     recording = mounted(recording, carrier, worn.values())
     told: tuple[str, ...] = ()
     if "mounting" in recording.setup.provenance:
@@ -175,6 +177,13 @@ def _on_body(
         )
         return recording, (*told, text)
     return dataclasses.replace(recording, truth=truth), told
+
+
+def _read_body(file: str | os.PathLike[str]) -> Body:
+    """An MJCF body, an OpenSim model or a skeleton of joint positions, by suffix."""
+    if Path(file).suffix.lower() in JOINT_SUFFIXES:
+        return load_skeleton(file)
+    return load_body(file, free_root=True)
 
 
 def _checks(recording: Recording, worn: dict[str, Worn]) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -15,17 +15,26 @@ from mocap_jax.io.mcap_write import METADATA_NAME
 from mocap_jax.io.recording_reader import kind_of, recording_from
 from mocap_jax.io.setup_toml import read_setup
 from mocap_jax.io.solution_file import solution_from
-from mocap_jax.motion import MOTION_SUFFIXES, body_from_asf, load_motion
+from mocap_jax.motion import (
+    JOINT_SUFFIXES,
+    MOTION_SUFFIXES,
+    body_from_asf,
+    holds_joints,
+    load_motion,
+    load_skeleton,
+)
 from mocap_jax.recording import InertialStream, RangeStream, Recording, Setup, ragged_ends
 from mocap_jax.solution import Solution
+
+_BODIES = (".xml", ".osim", ".asf")
 
 
 def describe(path: str | os.PathLike[str]) -> str:
     """Describe a file in a few lines of text.
 
     Args:
-        path: a recording or solution (.mcap), a motion (.amc, .bvh, .npz), a body (.xml, .asf) or
-            a set-up (.toml).
+        path: a recording or solution (.mcap), a motion (.amc, .bvh, .npz), a body (.xml, .osim,
+            .asf; .json, .npz or .csv with the joints of a skeleton) or a set-up (.toml).
 
     Raises:
         InputError: the file is missing, of another kind, or wrong.
@@ -37,15 +46,18 @@ def describe(path: str | os.PathLike[str]) -> str:
         raise InputError(f"{path}: no such file")
     if suffix == ".mcap":
         lines = _mcap(path)
-    elif suffix in MOTION_SUFFIXES:
+    elif suffix in MOTION_SUFFIXES and not holds_joints(path):
         lines = _motion(path)
-    elif suffix in (".xml", ".asf"):
-        body = load_body(path) if suffix == ".xml" else body_from_asf(path)
+    elif suffix in JOINT_SUFFIXES:
+        lines = ["kind: body (skeleton of joint positions)", *_body(load_skeleton(path))]
+    elif suffix in _BODIES:
+        body = body_from_asf(path) if suffix == ".asf" else load_body(path)
         lines = ["kind: body", *_body(body)]
     elif suffix == ".toml":
         lines = ["kind: set-up", *_setup(read_setup(path))]
     else:
-        valid = ", ".join((".mcap", *MOTION_SUFFIXES, ".xml", ".asf", ".toml"))
+        kinds = (".mcap", *MOTION_SUFFIXES, *_BODIES, *JOINT_SUFFIXES, ".toml")
+        valid = ", ".join(dict.fromkeys(kinds))
         raise InputError(f"{path}: unknown kind of file '{suffix}'; valid: {valid}")
     return "\n".join([f"file: {path} ({Path(path).stat().st_size / 1e6:.2f} MB)", *lines])
 

@@ -9,6 +9,7 @@ from mocap_jax.motion.human import human, segment_lengths, segment_tip, with_seg
 from mocap_jax.motion.human_like import human_like
 from mocap_jax.motion.joint_positions import load_skeleton
 from mocap_jax.motion.joint_table import SUFFIXES as JOINT_SUFFIXES
+from mocap_jax.motion.joint_table import holds_joints
 from mocap_jax.motion.load import (
     MOTION_SUFFIXES,
     SCALED_SUFFIXES,
@@ -24,7 +25,7 @@ from mocap_jax.motion.skeleton import TIP_PREFIX
 __all__ = [
     "BUILTIN_MOTIONS", "JOINT_SUFFIXES", "MOTION_SUFFIXES", "SCALED_SUFFIXES",
     "SKELETON_SUFFIXES", "TIP_PREFIX", "XSENS_SEGMENTS", "Motion", "ball_jointed", "body_from_asf",
-    "body_from_bvh", "builtin_motion", "cut_motion", "human", "human_like", "load_motion",
-    "load_skeleton", "retarget", "retarget_errors", "retarget_table", "segment_lengths",
-    "segment_tip", "with_segment_lengths", "xsens_name",
+    "body_from_bvh", "builtin_motion", "cut_motion", "holds_joints", "human", "human_like",
+    "load_motion", "load_skeleton", "retarget", "retarget_errors", "retarget_table",
+    "segment_lengths", "segment_tip", "with_segment_lengths", "xsens_name",
 ]  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -57,6 +58,17 @@ def read_joint_table(path: Path) -> JointTable:
     if suffix == ".csv":
         return _read_csv(path)
     return _table(path, _read_json(path) if suffix == ".json" else _read_npz(path))
+
+
+def holds_joints(path: str | os.PathLike[str]) -> bool:
+    """Whether a file is an archive (.npz) of joint positions; motions are archives, too."""
+    if Path(path).suffix.lower() != ".npz":
+        return False
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            return any(key in archive for key in _KEYS["positions"])
+    except (ValueError, OSError, zipfile.BadZipFile, EOFError):
+        return False
 
 
 def _read_json(path: Path) -> dict:

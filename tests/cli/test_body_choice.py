@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from mocap_jax.body import frames
@@ -86,6 +88,37 @@ def test_a_skeleton_of_joint_positions(walk: Motion, tmp_path: Path) -> None:
     assert body is not None and body.xml == load_skeleton(file).xml and body.has_free_root
     with pytest.raises(InputError, match=r"none.json: no such file"):
         chosen_body(parsed("--body", "none.json"), walk)
+
+
+def skeleton_files(folder: Path) -> list[Path]:
+    """The same skeleton in every kind of file that holds one."""
+    body = human()
+    place, topology = np.asarray(frames(body, body.qpos0).position)[1:], body.topology
+    joints = {
+        "joints": list(topology.body_names[1:]), "positions": place.tolist(),
+        "parents": [p - 1 for p in topology.body_parent[1:]],
+    }  # fmt: skip
+    (folder / "joints.json").write_text(json.dumps(joints))
+    np.savez(folder / "joints.npz", **{k: np.array(v) for k, v in joints.items()})
+    return [skeleton_file(folder), folder / "joints.json", folder / "joints.npz"]
+
+
+def test_info_tells_skeletons_and_motions_apart(run, walk: Motion, tmp_path: Path) -> None:
+    for file in skeleton_files(tmp_path):
+        outcome = run("info", file)
+        assert outcome.code == 0, outcome.err
+        assert "kind: body (skeleton of joint positions)" in outcome.out
+        assert "body: 23 segments (root Pelvis), 23 joints (1 free, 22 ball)" in outcome.out
+    path = walk.trajectory
+    np.savez(tmp_path / "walk.npz", time=path.time, q=path.q, body_xml=walk.body.xml)
+    assert "kind: motion" in run("info", tmp_path / "walk.npz").out
+    (tmp_path / "bad.npz").write_text("no archive")
+    outcome = run("info", tmp_path / "bad.npz")
+    assert outcome.code == 1 and "not a readable NPZ file" in outcome.err
+    (tmp_path / "bad.doc").write_text("")
+    assert "valid: .mcap, .amc, .bvh, .npz, .xml, .osim, .asf, .json, .csv, .toml" in (
+        run("info", tmp_path / "bad.doc").err
+    )
 
 
 def test_boards_of_other_bodies_on_a_skeleton(recording_file, refused, tmp_path: Path) -> None:

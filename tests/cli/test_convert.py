@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "io" / "convert"))
 from known_motion import known
 from xsens_files import write
+
+from mocap_jax.body import frames, load_body
+from mocap_jax.io import read_recording
+from mocap_jax.motion import human
 
 SALVAGED = 3
 
@@ -33,6 +39,29 @@ def test_a_folder_becomes_a_recording(run, folder):
     for words in ("source_format = xsens-mt", "heading = ", "clock = packet counter",
                   "T8: from 00B4BBBB, on T8", "sensor check: nothing suspicious"):  # fmt: skip
         assert words in info.out
+
+
+@pytest.mark.parametrize("suffix", ["json", "csv", "npz"])
+def test_a_skeleton_of_joint_positions_wears_the_sensors(run, folder, suffix):
+    body = human()
+    place, topology = np.asarray(frames(body, body.qpos0).position)[1:], body.topology
+    names, parents = topology.body_names[1:], [p - 1 for p in topology.body_parent[1:]]
+    file = folder / f"joints.{suffix}"
+    if suffix == "json":
+        joints = {"joints": names, "positions": place.tolist(), "parents": parents}
+        file.write_text(json.dumps(joints))
+    elif suffix == "npz":
+        np.savez(file, joints=np.array(names), positions=place, parents=np.array(parents))
+    else:
+        rows = [f"{n},{('', *names)[p + 1]},{x},{y},{z}"
+                for n, p, (x, y, z) in zip(names, parents, place, strict=True)]  # fmt: skip
+        file.write_text("\n".join(["joint,parent,x,y,z", *rows]))
+    outcome = run("convert", folder / "data", "--mapping", folder / "map.csv", "--body", file,
+                  "-o", folder / "a.mcap")  # fmt: skip
+    assert outcome.code == 0, outcome.err
+    worn = load_body(read_recording(folder / "a.mcap").body_xml).topology
+    assert worn.site_names == ("Pelvis", "T8") and worn.body_names == body.topology.body_names
+    assert [worn.body_names[b] for b in worn.site_body] == ["Pelvis", "T8"]
 
 
 def test_findings_are_warnings_unless_strict(run, refused, folder):
