@@ -22,24 +22,11 @@ from vlasic2007.scores import _moments
 from vlasic2007.tables import markdown, text
 from vlasic2007.treadmill import Shoulder, keep, read, walking_in_place
 
-from mocap_jax.body import load_body
 from mocap_jax.motion import Motion
 from mocap_jax.trajectory import Trajectory
 
 CELL = Cell("clips/02_01.amc", "field", 3, "A+G+D", "ekf", None)
 SECTION = ("02_01", "field")
-NOD = """<mujoco>
-  <worldbody>
-    <body name="Pelvis" pos="0 0 1">
-      <freejoint name="root"/>
-      <geom type="capsule" size=".1" fromto="0 -.1 0 0 .1 0"/>
-      <body name="T8" pos="0 0 .3">
-        <joint name="T8" type="ball"/>
-        <geom type="capsule" size=".1" fromto="0 -.1 .1 0 .1 .1"/>
-      </body>
-    </body>
-  </worldbody>
-</mujoco>"""
 
 
 def scores(values: np.ndarray, observed: float = 2.0) -> dict:
@@ -123,13 +110,12 @@ def test_waveforms_stand_beside_direct_measurements():
     assert len(lines) == 2 and all("1.050" in line and "<= 1.1" in line for line in lines)
 
 
-def test_the_wires_bring_what_was_simulated_directly(monkeypatch):
+def test_the_wires_bring_what_was_simulated_directly(nodding_body):
     """Two segments that hold still; the same person, pose and errors on either way."""
-    body = load_body(NOD)
     time = np.arange(90) / 60
-    path = Trajectory(time, np.tile(np.asarray(body.qpos0), (len(time), 1)))
+    path = Trajectory(time, np.tile(np.asarray(nodding_body.qpos0), (len(time), 1)))
     cell = dataclasses.replace(CELL, motion="routine", seed=2)
-    motion = Motion("nod", body, path)
+    motion = Motion("nod", nodding_body, path)
     direct, raw = (
         recorded(motion, dataclasses.replace(cell, chain=chain)) for chain in ("wired", "raw")
     )

@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mocap_jax.body import load_body
+import mocap_jax.motion
+from mocap_jax.body import Body, load_body
 from mocap_jax.cli import main
 from mocap_jax.io import write_recording
+from mocap_jax.motion import Motion
 from mocap_jax.recording import (
     InertialStream,
     Recording,
@@ -20,6 +22,7 @@ from mocap_jax.recording import (
     Setup,
     Truth,
 )
+from mocap_jax.simulation import SimulationOptions
 from mocap_jax.trajectory import Trajectory
 
 BODY = """<mujoco>
@@ -78,6 +81,19 @@ def recording_file(recording: Recording, tmp_path: Path) -> Path:
     path = tmp_path / "still.mcap"
     write_recording(path, recording)
     return path
+
+
+@pytest.fixture
+def nod(nodding_body: Body, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A short clip of two segments under the name of a built-in motion, and a short hold."""
+    time = np.arange(60) / 60
+    q = np.tile(np.asarray(nodding_body.qpos0), (len(time), 1))
+    q[:, 0] += 0.05 * np.sin(4 * time)
+    clip = Motion("nod", nodding_body, Trajectory(time, q))
+    monkeypatch.setattr(mocap_jax.motion, "builtin_motion", lambda *_: clip)
+    short = lambda **kw: SimulationOptions(rest_s=0.3, blend_s=0.4, **kw)  # noqa: E731
+    monkeypatch.setattr("mocap_jax.simulation.SimulationOptions", short)
+    return "routine"
 
 
 @dataclass(frozen=True)

@@ -19,15 +19,10 @@ from calibration_rig import (
     turntable,
 )
 
-import mocap_jax.motion
-from mocap_jax.body import load_body
 from mocap_jax.cli.calibrate import KINDS
 from mocap_jax.cli.main import build_parser
 from mocap_jax.io import read_recording, read_setup, read_setup_figures, write_recording
-from mocap_jax.motion import Motion
 from mocap_jax.recording import uncalibrated, with_calibration
-from mocap_jax.simulation import SimulationOptions
-from mocap_jax.trajectory import Trajectory
 
 
 @pytest.fixture
@@ -99,10 +94,6 @@ def test_all_kinds_complete_one_set_up_file(run, bench, tmp_path):
     assert results["n"]["gyroscope"]["turned"]["duration_s"] > 60
 
 
-BODY = """<mujoco><worldbody><body name="Pelvis" pos="0 0 1"><freejoint name="root"/>
-<geom type="capsule" size=".1" fromto="0 -.1 0 0 .1 0"/>
-<body name="T8" pos="0 0 .3"><joint name="T8" type="ball"/>
-<geom type="capsule" size=".1" fromto="0 -.1 .1 0 .1 .1"/></body></body></worldbody></mujoco>"""
 SUIT = """
 [[boards]]
 name = "pelvis"
@@ -130,19 +121,6 @@ zero = [0.2, 0.0, 0.0]
 [calibration.source_offset."source/belly"]
 offset = 0.03
 """
-
-
-@pytest.fixture
-def nod(monkeypatch):
-    """A short clip of two segments under the name of a built-in motion."""
-    body = load_body(BODY)
-    time = np.arange(60) / 60
-    q = np.tile(np.asarray(body.qpos0), (len(time), 1))
-    q[:, 0] += 0.05 * np.sin(4 * time)
-    clip = Motion("nod", body, Trajectory(time, q))
-    monkeypatch.setattr(mocap_jax.motion, "builtin_motion", lambda *_: clip)
-    short = lambda **kw: SimulationOptions(rest_s=0.3, blend_s=0.4, **kw)  # noqa: E731
-    monkeypatch.setattr("mocap_jax.simulation.SimulationOptions", short)
 
 
 def test_simulate_errs_by_the_set_up_and_reconstruct_corrects_it(run, nod, tmp_path):

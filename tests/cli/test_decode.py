@@ -2,49 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
-import pytest
 
-import mocap_jax.motion
-from mocap_jax.body import load_body
 from mocap_jax.io import read_recording
-from mocap_jax.motion import Motion
-from mocap_jax.simulation import SimulationOptions
-from mocap_jax.trajectory import Trajectory
-
-BODY = """<mujoco>
-  <worldbody>
-    <body name="Pelvis" pos="0 0 1">
-      <freejoint name="root"/>
-      <geom type="capsule" size=".1" fromto="0 -.1 0 0 .1 0"/>
-      <body name="T8" pos="0 0 .3">
-        <joint name="T8" type="ball"/>
-        <geom type="capsule" size=".1" fromto="0 -.1 .1 0 .1 .1"/>
-      </body>
-    </body>
-  </worldbody>
-</mujoco>"""
 
 
-@pytest.fixture
-def motion(monkeypatch) -> Path:
-    """A clip under the name of a built-in motion, and a short hold in front of it."""
-    body = load_body(BODY)
-    time = np.arange(60) / 60
-    q = np.tile(np.asarray(body.qpos0), (len(time), 1))
-    q[:, 0] += 0.05 * np.sin(4 * time)
-    clip = Motion("nod", body, Trajectory(time, q))
-    monkeypatch.setattr(mocap_jax.motion, "builtin_motion", lambda *_: clip)
-    short = lambda **kw: SimulationOptions(rest_s=0.3, blend_s=0.4, **kw)  # noqa: E731
-    monkeypatch.setattr("mocap_jax.simulation.SimulationOptions", short)
-    return Path("routine")
-
-
-def test_simulated_wires_are_decoded(run, motion, tmp_path):
+def test_simulated_wires_are_decoded(run, nod, tmp_path):
     raw, out = tmp_path / "nod.raw.mcap", tmp_path / "nod.mcap"
-    made = run("simulate", motion, "--raw", "-o", raw)
+    made = run("simulate", nod, "--raw", "-o", raw)
     assert made.code == 0, made.err
     assert "raw" in made.out and "boards" in made.out
     for detector in ("matched", "inflection"):
@@ -59,9 +24,9 @@ def test_simulated_wires_are_decoded(run, motion, tmp_path):
     assert len(recording.ranges.time) > 20
 
 
-def test_decode_takes_the_air_and_names_gaps(run, motion, tmp_path):
+def test_decode_takes_the_air_and_names_gaps(run, nod, tmp_path):
     raw, out = tmp_path / "nod.raw.mcap", tmp_path / "nod.mcap"
-    assert run("simulate", motion, "--raw", "-o", raw).code == 0
+    assert run("simulate", nod, "--raw", "-o", raw).code == 0
     outcome = run("decode", raw, "-o", out, "--temperature", "30", "--humidity", "60")
     assert outcome.code == 0 and "no samples" not in outcome.out
     assert 350 < read_recording(out).setup.speed_of_sound < 352
