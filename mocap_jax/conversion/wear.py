@@ -68,7 +68,14 @@ def _moved(
         )
     lengths = _lengths(own), _lengths(body)
     if lengths[0] is None or lengths[1] is None or not _same_frames(own, body):
-        return worn_in_rest_pose(recording, body)
+        try:
+            return worn_in_rest_pose(recording, body)
+        except InputError as error:
+            raise InputError(
+                "the recording's sensors are mounted on a body of another kind, whose rest pose "
+                f"this one cannot take ({error}); valid: bodies with its segments, or with a site "
+                f"for each sensor ({', '.join(missing[:3])}{', ...' if len(missing) > 3 else ''})"
+            ) from error
     return recording, _with_sites(own, body, missing, (lengths[0], lengths[1]))
 
 
