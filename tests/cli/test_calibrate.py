@@ -21,8 +21,21 @@ from calibration_rig import (
 
 from mocap_jax.cli.calibrate import KINDS
 from mocap_jax.cli.main import build_parser
-from mocap_jax.io import read_recording, read_setup, read_setup_figures, write_recording
-from mocap_jax.recording import uncalibrated, with_calibration
+from mocap_jax.cli.setup_choice import strangers
+from mocap_jax.io import (
+    SetupFigures,
+    read_recording,
+    read_setup,
+    read_setup_figures,
+    write_recording,
+)
+from mocap_jax.recording import (
+    Calibration,
+    Setup,
+    SourceOffset,
+    uncalibrated,
+    with_calibration,
+)
 
 
 @pytest.fixture
@@ -182,6 +195,15 @@ def test_names_that_nobody_bears_are_told(run, recording_file, tmp_path):
     assert outcome.code == 0
     assert (
         "s.toml: calibrates sensor chst, which is not worn; there are: pelvis, chest" in outcome.err
+    )
+
+
+def test_sources_without_their_prefix_are_no_strangers():
+    offsets = {name: SourceOffset(0.01) for name in ("belly", "source/belly", "anchor/wall", "hat")}
+    figures = SetupFigures(Calibration(source_offset=offsets))
+    told = strangers("s.toml", figures, Setup(sources=("source/belly", "anchor/wall")), ())
+    assert told == (
+        "s.toml: calibrates source hat, which is not worn; there are: source/belly, anchor/wall",
     )
 
 
