@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from mocap_jax.estimate.contact.options import ContactOptions
+from mocap_jax.estimate.gravity_options import GravityOptions
 from mocap_jax.estimate.sequence.layout import UserResidual
 from mocap_jax.least_squares import SolverOptions
 from mocap_jax.pose_prior import PosePrior
@@ -214,5 +215,8 @@ class OptimiseOptions:
     contacts: ContactOptions | None = None
     """Feet that stand on the ground do not move (`ContactOptions()`); None = off. What a free root
     drifts by is mostly gone then. The body needs feet by name."""
+    gravity: GravityOptions | None = None
+    """Boards that do not accelerate tell which way is down (`GravityOptions()`), whether or not
+    `kinds` has A; None = off."""
     user_residuals: tuple[UserResidual, ...] = ()
     """The user's own residuals, see `UserResidual`."""

@@ -17,11 +17,20 @@ from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms
 
 def forces(layout: Layout, constants: Constants, terms: Terms) -> Float[Array, "n s 3"]:
     """Specific forces [m/s^2]."""
+    return unbiased(
+        layout, constants, terms, in_time(layout, constants, terms.force, terms.force_slopes)
+    )
+
+
+def unbiased(
+    layout: Layout, constants: Constants, terms: Terms, readings: Float[Array, "n s 3"]
+) -> Float[Array, "n s 3"]:
+    """Readings of accelerometers without bias and scale errors [m/s^2]."""
     c = constants.corrections
     bias = constants.accelerometer_bias
     if layout.accelerometer_steps:
         bias = bias + _walked(terms, c.accelerometer_walk)
-    force = in_time(layout, constants, terms.force, terms.force_slopes) - bias
+    force = readings - bias
     return force / (1 + c.accelerometer_scale) if layout.use_accelerometer_scale else force
 
 

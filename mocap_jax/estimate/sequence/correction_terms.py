@@ -36,7 +36,7 @@ def acceleration_columns(
     n = force.shape[0]
     weighted = [c * w.rotation[j : n - 2 + j] for j, c in enumerate(layout.force_weights)]
     cut = lambda x, j: x[j : n - 2 + j]  # noqa: E731
-    gain = _gain(constants.corrections.accelerometer_scale, layout.use_accelerometer_scale)
+    gain = gain_of(constants.corrections.accelerometer_scale, layout.use_accelerometer_scale)
     out = {"accelerometer_bias": bias * gain[..., None, :]}
     if layout.use_accelerometer_scale:
         shares = gain * force
@@ -75,7 +75,7 @@ def rate_columns(
         step: h [s].
     """
     before, after = rate[:-1], rate[1:]
-    gain = _gain(constants.corrections.gyroscope_scale, layout.use_gyroscope_scale)
+    gain = gain_of(constants.corrections.gyroscope_scale, layout.use_gyroscope_scale)
     out = {"gyroscope_bias": bias * gain[..., None, :]}
     if layout.use_gyroscope_scale:
         turned = so3.skew(after) * before[..., None, :] - so3.skew(before) * after[..., None, :]
@@ -103,6 +103,6 @@ def _walk_columns(basis: Array, before: Array, after: Array, step: Array) -> Arr
     return middle * jnp.eye(3, dtype=turned.dtype) - step / 12 * turned
 
 
-def _gain(scale: Array, used: bool) -> Array:
+def gain_of(scale: Array, used: bool) -> Array:
     """Change of a corrected reading by the reading, (s, 3) or (1,) where scales are certain."""
     return 1 / (1 + jnp.asarray(scale)) if used else jnp.ones(1, jnp.asarray(scale).dtype)
