@@ -186,6 +186,9 @@ class OptimiseOptions:
     """Frame grid; default the highest inertial rate."""
     stencil: Literal["consistent", "plain"] = "consistent"
     """Acceleration stencil: fourth order, or the papers' plain second difference."""
+    acceleration_rotation: Literal["model", "measured"] = "model"
+    """What turns accelerometers' readings into the world: the rotation that is solved for, which
+    lets gravity tell tilt, or the measured orientation (von Marcard 2017, eq. 13)."""
     initial: Literal["ekf", "ekf_smoothed", "orientation"] = "ekf_smoothed"
     """What makes the initial guess when none is given."""
     magnetic_north: float | None = None

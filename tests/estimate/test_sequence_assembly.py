@@ -71,6 +71,7 @@ def _usual(draw) -> Gaussian:
 def make(
     order: int, *, losses: str = "none", user: bool = False, chunk: int = 16,
     corrections: dict | None = None, feet: bool = False, gravity: bool = False,
+    measured: bool = False,
 ):  # fmt: skip
     """A random problem in which every kind of residual is present, feet and gravity if wanted."""
     body = load_body(BODY)
@@ -126,6 +127,7 @@ def make(
         terms = dataclasses.replace(terms, contact=info)
         numbers = (np.asarray(x) for x in (0.6, 0.7, 0.3, 2.0))
         weights = dataclasses.replace(weights, ground=Ground(0.2 * draw(3, 3), *numbers))
+    layout = dataclasses.replace(layout, measured_rotation=measured)
     if gravity:
         still = (10 * draw(T, S, 3), positive(T, S) * (rng.uniform(size=(T, S)) > 0.3))
         layout = dataclasses.replace(layout, use_gravity=True, gravity_loss=losses)
@@ -213,6 +215,7 @@ def dense(equations, frames: int):
     [
         (2, False, None, ""), (3, True, None, ""), (2, False, CORRECTIONS, "gravity"),
         (2, False, {"use_heading": True}, ""), (2, False, None, "feet"),
+        (2, False, {"use_accelerometer_scale": True, "accelerometer_steps": 2}, "measured"),
     ],
 )  # fmt: skip
 def test_normal_equations_equal_dense_jacobian(

@@ -12,7 +12,6 @@ from jax import Array
 from mocap_jax import so3
 from mocap_jax.estimate.sequence.corrected import slope
 from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms
-from mocap_jax.estimate.sequence.window import Window
 
 
 def diagonal(x: Array) -> Array:
@@ -21,20 +20,20 @@ def diagonal(x: Array) -> Array:
 
 
 def acceleration_columns(
-    layout: Layout, w: Window, constants: Constants, terms: Terms, force: Array, bias: Array
+    layout: Layout, rotation: Array, constants: Constants, terms: Terms, force: Array, bias: Array
 ) -> dict[str, Array]:
     """By kind (n-2, s, 3, columns).
 
     Args:
         layout: which kinds there are.
-        w: kinematics of n frames.
+        rotation: R_world_sensor of n frames, by which forces become accelerations.
         constants: where.
         terms: readings of the frames.
         force: corrected specific forces (n, s, 3).
         bias: sum of the weighted rotations (n-2, s, 3, 3).
     """
     n = force.shape[0]
-    weighted = [c * w.rotation[j : n - 2 + j] for j, c in enumerate(layout.force_weights)]
+    weighted = [c * rotation[j : n - 2 + j] for j, c in enumerate(layout.force_weights)]
     cut = lambda x, j: x[j : n - 2 + j]  # noqa: E731
     gain = gain_of(constants.corrections.accelerometer_scale, layout.use_accelerometer_scale)
     out = {"accelerometer_bias": bias * gain[..., None, :]}

@@ -75,6 +75,9 @@ class Layout:
     contact_bodies: tuple[int, ...] = ()
     """Segment of each point of a foot that may stand on the ground."""
     contact_loss: str = "none"
+    measured_rotation: bool = False
+    """Accelerations are turned into the world by measured orientations, not by those
+    that are solved for."""
     use_gravity: bool = False
     """Still boards say which way is down (see `gravity_terms`)."""
     gravity_loss: str = "none"
