@@ -24,6 +24,7 @@ class Estimation:
     sensors: str | None = None
     root: str | None = None
     contacts: bool = False
+    gravity: bool = False
     preset: str | None = None
     initial: str | None = None
     """Solution file to start from; of a batch the folder of them."""
@@ -81,6 +82,11 @@ def add_estimation_arguments(parser: argparse.ArgumentParser, initial: str) -> N
         "root hardly drifts",
     )  # fmt: skip
     parser.add_argument(
+        "--gravity", action="store_true",
+        help="with --method optimise: boards that do not accelerate tell tilt, whether or not A is "
+        "among the measurements used",
+    )  # fmt: skip
+    parser.add_argument(
         "--preset", metavar="NAME",
         help="; ".join(f"{name}: {preset.summary}" for name, preset in PRESETS.items()),
     )  # fmt: skip
@@ -104,8 +110,9 @@ def estimation_of(arguments: argparse.Namespace) -> Estimation:
         )
     if arguments.smooth and method not in FILTERS:
         raise UsageError(f"--smooth belongs to --method ekf or ukf, not to {method}")
-    if arguments.contacts and method != "optimise":
-        raise UsageError(f"--contacts belongs to --method optimise, not to {method}")
+    for name in ("contacts", "gravity"):
+        if getattr(arguments, name) and method != "optimise":
+            raise UsageError(f"--{name} belongs to --method optimise, not to {method}")
     if arguments.initial is not None and method in FILTERS:
         raise UsageError(f"--initial belongs to --method optimise, not to {method}")
     if is_human(arguments.body):
@@ -120,6 +127,7 @@ def estimation_of(arguments: argparse.Namespace) -> Estimation:
         sensors=arguments.sensors,
         root=arguments.root,
         contacts=arguments.contacts,
+        gravity=arguments.gravity,
         preset=arguments.preset,
         initial=initial,
         start=arguments.start,

@@ -61,6 +61,7 @@ def solve(
     smooth: bool = False,
     sparse: bool = False,
     contacts: bool = False,
+    gravity: bool = False,
     initial: Solution | None = None,
     progress: bool = False,
 ) -> Solution:
@@ -77,6 +78,7 @@ def solve(
         smooth: with "ekf" and "ukf", run the backward smoother as well.
         sparse: with "optimise", use `sparse_options`.
         contacts: with "optimise", hold standing feet (`ContactOptions`).
+        gravity: with "optimise", boards that do not accelerate tell tilt (`GravityOptions`).
         initial: with "optimise" and "orientation", where to start instead of the filter.
         progress: show progress bars on stderr.
     """
@@ -89,7 +91,13 @@ def solve(
     if method in FILTERS:
         estimator = ekf if method == "ekf" else ukf
         return estimator(recording, body, options=filtering, progress=progress)
-    from mocap_jax.estimate import ContactOptions, OptimiseOptions, optimise, sparse_options
+    from mocap_jax.estimate import (
+        ContactOptions,
+        GravityOptions,
+        OptimiseOptions,
+        optimise,
+        sparse_options,
+    )
 
     if initial is None and process != "white_jerk":
         smoothing = EkfOptions(
@@ -97,8 +105,8 @@ def solve(
         )
         initial = ekf(recording, body, options=smoothing, progress=progress)
     whole = sparse_options() if sparse else OptimiseOptions()
-    feet = ContactOptions() if contacts else None
-    whole = dataclasses.replace(whole, kinds=kinds, root=root, contacts=feet)
+    feet, tilt = ContactOptions() if contacts else None, GravityOptions() if gravity else None
+    whole = dataclasses.replace(whole, kinds=kinds, root=root, contacts=feet, gravity=tilt)
     solution = optimise(recording, body, initial=initial, options=whole, progress=progress)
     return dataclasses.replace(solution, method=method)
 
