@@ -98,7 +98,8 @@ def qmt(folder: Path, data: Callable[[], Path]) -> None:
 
 
 SETTINGS = {
-    "human": nothing, "cutting": nothing, "converting": opensense, "opensim": opensense,
+    "human": nothing, "cutting": nothing, "gravity_reference": nothing,
+    "converting": opensense, "opensim": opensense,
     "README": demo, "uncertainty": demo, "self_calibration": demo, "derivatives": demo,
     "sparse_inertial_poser": nothing, "broad": broad, "mounting": qmt, "full_body_imu": qmt,
     "joints": rig,
