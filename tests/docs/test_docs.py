@@ -117,8 +117,8 @@ SLOW = {
 )  # fmt: skip
 def test_page_runs(page: Path, request: pytest.FixtureRequest, tmp_path: Path, monkeypatch):
     assert page.stem in SETTINGS, f"say in SETTINGS what {page.name} needs"
-    SETTINGS[page.stem](tmp_path, lambda: request.getfixturevalue("shared_data"))
     monkeypatch.chdir(tmp_path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # what conversions tell
+        SETTINGS[page.stem](tmp_path, lambda: request.getfixturevalue("shared_data"))
         exec(compile(code_of(page), str(page), "exec"), {"__name__": "__main__"})
