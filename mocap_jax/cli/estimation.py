@@ -83,8 +83,8 @@ def add_estimation_arguments(parser: argparse.ArgumentParser, initial: str) -> N
     )  # fmt: skip
     parser.add_argument(
         "--gravity", action="store_true",
-        help="with --method optimise: boards that do not accelerate tell tilt, whether or not A is "
-        "among the measurements used",
+        help="boards that do not accelerate tell tilt, whether or not A is among the measurements "
+        "used",
     )  # fmt: skip
     parser.add_argument(
         "--preset", metavar="NAME",
@@ -110,9 +110,10 @@ def estimation_of(arguments: argparse.Namespace) -> Estimation:
         )
     if arguments.smooth and method not in FILTERS:
         raise UsageError(f"--smooth belongs to --method ekf or ukf, not to {method}")
-    for name in ("contacts", "gravity"):
-        if getattr(arguments, name) and method != "optimise":
-            raise UsageError(f"--{name} belongs to --method optimise, not to {method}")
+    if arguments.contacts and method != "optimise":
+        raise UsageError(f"--contacts belongs to --method optimise, not to {method}")
+    if arguments.gravity and method == "orientation":
+        raise UsageError("--gravity belongs to --method optimise, ekf or ukf, not to orientation")
     if arguments.initial is not None and method in FILTERS:
         raise UsageError(f"--initial belongs to --method optimise, not to {method}")
     if is_human(arguments.body):

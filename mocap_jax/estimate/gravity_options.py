@@ -24,13 +24,25 @@ class GravityOptions:
     constant of the solve."""
     correlation_time: float = 0.5
     """How long such an error lasts [s]; frames within it count as one."""
+    pull: float = 2.0
+    """Filter only: tilts are corrected within so much time of standing still at least, however well
+    the filter believes to know them: drifting biases of rates are no part of its belief [s]."""
     loss: LossName = "cauchy"
-    """Robust loss: even acceleration sideways may leave the size at g."""
+    """Robust loss: even acceleration sideways may leave the size at g. (The
+    filter's is `cauchy`.)"""
     scale: float = 3.0
     """Its threshold, in standard deviations."""
 
     def __post_init__(self) -> None:
-        for name in ("acceleration", "turn", "duration", "sigma", "correlation_time", "scale"):
+        for name in (
+            "acceleration",
+            "turn",
+            "duration",
+            "sigma",
+            "correlation_time",
+            "pull",
+            "scale",
+        ):
             if not getattr(self, name) > 0:
                 raise InputError(f"gravity reference: {name} {getattr(self, name):g}: "
                                  "must be above 0")  # fmt: skip

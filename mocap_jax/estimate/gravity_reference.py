@@ -10,13 +10,15 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Float
 from scipy.ndimage import binary_opening
 
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError
+from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.gravity_options import GravityOptions
 from mocap_jax.estimate.sequence.terms import Built
+from mocap_jax.initialise import RestEstimate
 from mocap_jax.measurement import FrameData, gather
 from mocap_jax.recording import Recording
 
@@ -51,6 +53,31 @@ def with_gravity(
     weights = dataclasses.replace(built.weights, gravity_scale=scale)
     told = _remark(data.sensors, still)
     return dataclasses.replace(built, layout=layout, terms=terms, weights=weights), told
+
+
+def frame_gravity(
+    recording: Recording, body: Body, options: EkfOptions, rest: RestEstimate
+) -> Float[np.ndarray, "t s 3"] | tuple[()]:
+    """What `FrameInput.gravity` of the filter holds: NaN where a board may accelerate [m/s^2].
+
+    Raises:
+        InputError: as `with_gravity`.
+    """
+    if options.gravity is None:
+        return ()
+    data = gather(recording, body, kinds="AG", root=False, rate_hz=options.rate_hz)
+    still = still_boards(data, float(np.linalg.norm(np.asarray(body.gravity))), options.gravity)
+    return np.where(still[..., None], data.accelerometer - rest.accelerometer_bias, np.nan)
+
+
+def gravity_figures(
+    options: GravityOptions | None, step: float
+) -> Float[np.ndarray, "4"] | tuple[()]:
+    """What `Parameters.gravity` of the filter holds."""
+    if options is None:
+        return ()
+    shared, pull = (max(1.0, x / step) for x in (options.correlation_time, options.pull))
+    return np.array([options.sigma, shared, pull, options.scale])
 
 
 def still_boards(

@@ -54,9 +54,11 @@ def test_unknown_sensor_kind(refused, recording_file):
     refused(["reconstruct", recording_file, "--sensors", "A,Q"], USAGE, "'Q'", "gyroscope")
 
 
-@pytest.mark.parametrize("option", ["--contacts", "--gravity"])
-def test_contacts_and_gravity_belong_to_the_optimiser(refused, recording_file, option):
-    arguments = ["reconstruct", recording_file, option, "--method", "ekf"]
+@pytest.mark.parametrize(
+    ("option", "method"), [("--contacts", "ekf"), ("--gravity", "orientation")]
+)
+def test_contacts_and_gravity_belong_to_some_methods(refused, recording_file, option, method):
+    arguments = ["reconstruct", recording_file, option, "--method", method]
     refused(arguments, USAGE, option, "optimise")
 
 

@@ -4,17 +4,24 @@ from __future__ import annotations
 
 import dataclasses
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from joint_samples import POSITIONS, TURNS
 from scipy.spatial.transform import Rotation
+from synthetic import small_body
 
 import mocap_jax as mj
-from mocap_jax.body import load_body
+from mocap_jax.body import load_body, retract, site_frames
 from mocap_jax.errors import InputError
+from mocap_jax.estimate.filter_tilt import tilt_update
 from mocap_jax.estimate.gravity_reference import still_boards
 from mocap_jax.measurement import gather
+from mocap_jax.measurement.chain import chain
+from mocap_jax.measurement.predict import orientation
 from mocap_jax.motion import Motion
+from mocap_jax.residuals.gravity import tilt_error
 from mocap_jax.simulation import Mounting, SimulationOptions, Suit, simulate
 
 BODY = """<mujoco><worldbody><body name="thigh" pos="0 0 1"><freejoint name="root"/>
@@ -81,6 +88,49 @@ def test_tilt_does_not_drift(recording: mj.Recording) -> None:
     told = [r for r in held.remarks if r.startswith("Gravity reference")]
     assert len(told) == 1 and "thigh" in told[0] and "%" in told[0]
     assert not any("Gravity" in r for r in alone.remarks)
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_tilt_of_the_filter_does_not_drift(recording: mj.Recording, smooth: bool) -> None:
+    def run(gravity: mj.GravityOptions | None) -> mj.Solution:
+        options = mj.EkfOptions(
+            kinds="G", root="free", covariance=False, smooth=smooth, gravity=gravity
+        )
+        return mj.ekf(recording, options=options)
+
+    alone, held = run(None), run(mj.GravityOptions())
+    drift, kept = (np.sqrt((tilt_errors(s, recording) ** 2).mean()) for s in (alone, held))
+    print("filter", smooth, drift, kept)
+    assert kept < 0.6 * drift and kept < 3.5
+    assert held.statistics["gravity/thigh"]["count"] > 100
+    assert "gravity/thigh" not in alone.statistics
+
+
+def test_derivative_of_the_filters_update() -> None:
+    """Against the plain residual of the pose, by JAX; boards that may accelerate are off."""
+    body, sites = small_body(), (0, 2, 3)
+    rng = np.random.default_rng(0)
+    step = lambda d: retract(body.topology, body.qpos0, d)  # noqa: E731
+    q = step(jnp.asarray(0.5 * rng.normal(size=body.nv)))
+    force, up = jnp.asarray(rng.normal(size=(3, 3)) + [0, 0, 9.8]), jnp.array([0.0, 0.0, 1.0])
+    zero = jnp.zeros(body.nv)
+    slope, residual, variance, active = tilt_update(
+        orientation(body, chain(body, q, zero, zero), sites), force,
+        jnp.array([True, False, True]), body.gravity, jnp.array([0.03, 25.0, 100.0, 3.0]),
+        jnp.eye(body.nv),
+    )  # fmt: skip
+
+    def error(d: jax.Array) -> jax.Array:
+        R = site_frames(body, retract(body.topology, q, d)).rotation[jnp.array(sites)]
+        return tilt_error(R, force, up).reshape(-1)
+
+    there, off = np.repeat([True, False, True], 3), np.asarray(error(zero))
+    np.testing.assert_array_equal(active, there)
+    np.testing.assert_allclose(residual[there], -off[there], atol=1e-12)
+    np.testing.assert_allclose(slope[there], jax.jacfwd(error)(zero)[there], atol=1e-12)
+    doubt = 1 + (off.reshape(3, 3) ** 2).sum(1) / 0.09**2
+    expected = np.repeat(25 * 0.03**2 * doubt, 3)
+    np.testing.assert_allclose(variance[there], expected[there], rtol=1e-9)
 
 
 def test_holds_are_found_and_moves_are_not(recording: mj.Recording) -> None:
