@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import ConstantsOptions as ConstantsOptions
     from mocap_jax.estimate import ContactOptions as ContactOptions
     from mocap_jax.estimate import EkfOptions as EkfOptions
+    from mocap_jax.estimate import GravityOptions as GravityOptions
     from mocap_jax.estimate import MountingCalibration as MountingCalibration
     from mocap_jax.estimate import NoiseOptions as NoiseOptions
     from mocap_jax.estimate import Odometry as Odometry
@@ -134,7 +135,8 @@ _HOME = {
     "conversion": ("ConvertOptions", "convert", "wear"),
     "errors": ("InputError", "MocapError", "SolveError"),
     "estimate": (
-        "AnchorRanges", "ConstantsOptions", "ContactOptions", "EkfOptions", "MountingCalibration",
+        "AnchorRanges", "ConstantsOptions", "ContactOptions", "EkfOptions", "GravityOptions",
+        "MountingCalibration",
         "NoiseOptions", "Odometry", "OptimiseOptions", "OrientationPassOptions", "PriorOptions",
         "RangeOnlyOptions", "SingleImuOptions", "UserResidual", "absolute_position",
         "calibrate_mounting", "check_residual", "differentiable", "differentiable_ekf", "ekf",

@@ -74,6 +74,10 @@ for axis, side, word in zip(axes, "rl", ("right", "left"), strict=True):
 axes[0].set(ylabel="joint angle [deg]")
 plt.show()
 
+# %% [markdown]
+# The model has no head, and its trunk is drawn as two lines to the shoulders. No sensor is worn on
+# the arms: they keep the pose that they had at rest.
+
 # %%
 motion_strip(angles, poses=10)
 

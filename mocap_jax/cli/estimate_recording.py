@@ -81,6 +81,7 @@ def estimate_recording(
         smooth=asked.smooth,
         sparse=preset.sparse,
         contacts=asked.contacts,
+        gravity=asked.gravity,
         initial=_initial(asked.initial),
         progress=progress,
     )

@@ -25,6 +25,7 @@ class Estimation:
     sensors: str | None = None
     root: str | None = None
     contacts: bool = False
+    gravity: bool = False
     preset: str | None = None
     initial: str | None = None
     """Solution file to start from; of a batch the folder of them."""
@@ -85,6 +86,11 @@ def add_estimation_arguments(parser: argparse.ArgumentParser, initial: str) -> N
         "root hardly drifts",
     )  # fmt: skip
     parser.add_argument(
+        "--gravity", action="store_true",
+        help="boards that do not accelerate tell tilt, whether or not A is among the measurements "
+        "used",
+    )  # fmt: skip
+    parser.add_argument(
         "--preset", metavar="NAME",
         help="; ".join(f"{name}: {preset.summary}" for name, preset in PRESETS.items()),
     )  # fmt: skip
@@ -111,6 +117,8 @@ def estimation_of(arguments: argparse.Namespace) -> Estimation:
         raise UsageError(f"--smooth belongs to --method ekf or ukf, not to {method}")
     if arguments.contacts and method != "optimise":
         raise UsageError(f"--contacts belongs to --method optimise, not to {method}")
+    if arguments.gravity and method == "orientation":
+        raise UsageError("--gravity belongs to --method optimise, ekf or ukf, not to orientation")
     if arguments.initial is not None and method in FILTERS:
         raise UsageError(f"--initial belongs to --method optimise or orientation, not to {method}")
     if is_human(arguments.body):
@@ -125,6 +133,7 @@ def estimation_of(arguments: argparse.Namespace) -> Estimation:
         sensors=arguments.sensors,
         root=arguments.root,
         contacts=arguments.contacts,
+        gravity=arguments.gravity,
         preset=arguments.preset,
         initial=whole(arguments.initial),
         setup=whole(arguments.setup or None),

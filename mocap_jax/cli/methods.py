@@ -61,6 +61,7 @@ def solve(
     smooth: bool = False,
     sparse: bool = False,
     contacts: bool = False,
+    gravity: bool = False,
     initial: Solution | None = None,
     progress: bool = False,
 ) -> Solution:
@@ -77,15 +78,17 @@ def solve(
         smooth: with "ekf" and "ukf", run the backward smoother as well.
         sparse: with "optimise", use `sparse_options`.
         contacts: with "optimise", hold standing feet (`ContactOptions`).
+        gravity: boards that do not accelerate tell tilt (`GravityOptions`).
         initial: with "optimise" and "orientation", where to start instead of the filter.
         progress: show progress bars on stderr.
     """
-    from mocap_jax.estimate import EkfOptions, ekf, ukf
+    from mocap_jax.estimate import EkfOptions, GravityOptions, ekf, ukf
 
     if method == "orientation":
         _require_orientations(recording)
         kinds = "O"
-    filtering = EkfOptions(kinds=kinds, root=root, process=process, smooth=smooth)
+    tilt = GravityOptions() if gravity else None
+    filtering = EkfOptions(kinds=kinds, root=root, process=process, smooth=smooth, gravity=tilt)
     if method in FILTERS:
         estimator = ekf if method == "ekf" else ukf
         return estimator(recording, body, options=filtering, progress=progress)
@@ -93,12 +96,12 @@ def solve(
 
     if initial is None and process != "white_jerk":
         smoothing = EkfOptions(
-            kinds=kinds, root=root, process=process, smooth=True, covariance=False
+            kinds=kinds, root=root, process=process, smooth=True, covariance=False, gravity=tilt
         )
         initial = ekf(recording, body, options=smoothing, progress=progress)
     whole = sparse_options() if sparse else OptimiseOptions()
     feet = ContactOptions() if contacts else None
-    whole = dataclasses.replace(whole, kinds=kinds, root=root, contacts=feet)
+    whole = dataclasses.replace(whole, kinds=kinds, root=root, contacts=feet, gravity=tilt)
     solution = optimise(recording, body, initial=initial, options=whole, progress=progress)
     return dataclasses.replace(solution, method=method)
 

@@ -6,6 +6,7 @@ from mocap_jax.estimate.contact.options import ContactOptions
 from mocap_jax.estimate.derivatives import differentiable, differentiable_ekf
 from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
+from mocap_jax.estimate.gravity_options import GravityOptions
 from mocap_jax.estimate.joint_axes import joint_axes
 from mocap_jax.estimate.magnetic_heading import magnetic_heading
 from mocap_jax.estimate.mounting import (
@@ -40,10 +41,10 @@ from mocap_jax.estimate.whole_sequence_options import (
 
 __all__ = [
     "AnchorRanges", "ConstantsOptions", "ContactOptions", "DerivativeReport", "EkfOptions",
-    "MountingCalibration", "NoiseOptions", "Odometry", "OptimiseOptions", "OrientationPassOptions",
-    "PriorOptions", "RangeOnlyOptions", "RangeOnlySolution", "SensorMounting", "SingleImuOptions",
-    "SingleImuSolution", "UserResidual", "absolute_position", "calibrate_mounting",
-    "check_residual", "differentiable", "differentiable_ekf", "ekf", "joint_axes",
-    "magnetic_heading", "optimise", "orientation_pass", "range_only_path", "smooth_orientation",
-    "sparse_options", "table1_options", "ukf",
+    "GravityOptions", "MountingCalibration", "NoiseOptions", "Odometry", "OptimiseOptions",
+    "OrientationPassOptions", "PriorOptions", "RangeOnlyOptions", "RangeOnlySolution",
+    "SensorMounting", "SingleImuOptions", "SingleImuSolution", "UserResidual", "absolute_position",
+    "calibrate_mounting", "check_residual", "differentiable", "differentiable_ekf", "ekf",
+    "joint_axes", "magnetic_heading", "optimise", "orientation_pass", "range_only_path",
+    "smooth_orientation", "sparse_options", "table1_options", "ukf",
 ]  # fmt: skip

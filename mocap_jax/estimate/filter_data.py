@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import jax
 import numpy as np
 from jaxtyping import Float
 
@@ -12,7 +13,11 @@ from mocap_jax.measurement import FrameData
 
 
 def filter_data(
-    data: FrameData, magnetic: Float[np.ndarray, "t s 3"], rest: RestEstimate, options: EkfOptions
+    data: FrameData,
+    magnetic: Float[np.ndarray, "t s 3"],
+    rest: RestEstimate,
+    options: EkfOptions,
+    gravity: Float[np.ndarray, "t s 3"] | tuple[()] = (),
 ) -> tuple[list[FrameInput], str, tuple[int, ...]]:
     """Prepare the measurements.
 
@@ -41,6 +46,7 @@ def filter_data(
         root_position=np.asarray(data.root_position),
         root_orientation=np.asarray(data.root_orientation),
         magnetic=magnetic,
+        gravity=gravity,
     )
     held = {
         "O": np.isfinite(whole.orientation).any(),
@@ -48,6 +54,7 @@ def filter_data(
         "A": np.isfinite(accelerometer).any(),
         "D": (weight > 0).any(),
         "M": np.isfinite(magnetic).any(),
+        "V": np.isfinite(gravity).any(),
         "R": np.isfinite(whole.root_position).any(),
     }
     kinds = "".join(kind for kind, any_data in held.items() if any_data)
@@ -83,5 +90,5 @@ def _cut(whole: FrameInput, size: int) -> list[FrameInput]:
         filler = np.zeros((pad, *x.shape[1:]), x.dtype)
         return np.concatenate([x, filler]).reshape(count, size, *x.shape[1:])
 
-    arrays = [chunks(x) for x in whole]
-    return [FrameInput(*(x[i] for x in arrays)) for i in range(count)]
+    arrays = jax.tree.map(chunks, whole)
+    return [jax.tree.map(lambda x, i=i: x[i], arrays) for i in range(count)]

@@ -12,6 +12,7 @@ from jaxtyping import Float, Int
 
 from mocap_jax import so3
 from mocap_jax.body import Body
+from mocap_jax.estimate.filter_tilt import tilt_update
 from mocap_jax.estimate.pose_manifold import pose_manifold
 from mocap_jax.kalman import (
     Dynamics,
@@ -37,7 +38,8 @@ class FilterModel(NamedTuple):
 
     process: Process
     kinds: str
-    """Letters of the measurements that the recording really holds, R for the root pose."""
+    """Letters of the measurements that the recording really holds, R for the root pose, V for tilts
+    by boards that do not accelerate."""
     sensors: tuple[int, ...]
     """Sites of the sensors."""
     range_sites: tuple[int, ...]
@@ -65,6 +67,9 @@ class Parameters(NamedTuple):
     magnetic: Float[Array, "4"]
     """Direction of north and deviation of a heading [rad], frames that share one error, and frames
     within which headings are corrected in any case."""
+    gravity: Float[Array, "4"] | tuple[()] = ()
+    """The same of tilts by boards that do not accelerate: deviation [rad], both numbers of frames,
+    and deviations at which a tilt counts half. Empty without a gravity reference, as the next."""
 
 
 class FrameInput(NamedTuple):
@@ -87,6 +92,8 @@ class FrameInput(NamedTuple):
     root_position: Float[Array, "3"]
     root_orientation: Float[Array, "4"]
     magnetic: Float[Array, "s 3"]
+    gravity: Float[Array, "s 3"] | tuple[()] = ()
+    """What boards feel that do not accelerate [m/s^2]."""
 
 
 def filter_frame(
@@ -259,6 +266,16 @@ def _heading(
     return slope, -error, jnp.minimum(shared * sigma**2, in_time) * doubt, active
 
 
+def _tilt(
+    body: Body, model: FilterModel, p: Parameters, c: Chain, state: State, frame: FrameInput
+) -> _Terms:
+    force, nv = jnp.asarray(frame.gravity), body.nv
+    active = jnp.isfinite(force).all(-1) & frame.valid
+    predicted = readings.orientation(body, c, model.sensors)
+    covariance = state.covariance[:nv, :nv]
+    return tilt_update(predicted, force, active, body.gravity, jnp.asarray(p.gravity), covariance)
+
+
 def _root(
     body: Body, model: FilterModel, p: Parameters, c: Chain, state: State, frame: FrameInput
 ) -> _Terms:
@@ -276,12 +293,13 @@ def _root(
 
 
 # Poses alone, poses and velocities, or accelerations as well are what a kind depends on.
-_DERIVATIVES = {"O": 1, "R": 1, "M": 1, "G": 2, "A": 3, "D": 3}
+_DERIVATIVES = {"O": 1, "R": 1, "M": 1, "V": 1, "G": 2, "A": 3, "D": 3}
 _TERMS = {
     "O": _orientation,
     "G": _rate,
     "A": _specific_force,
     "D": _range,
     "M": _heading,
+    "V": _tilt,
     "R": _root,
 }

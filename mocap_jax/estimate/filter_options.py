@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from mocap_jax.errors import InputError, unknown_name
+from mocap_jax.estimate.gravity_options import GravityOptions
 from mocap_jax.initialise import RestOptions
 
 _PROCESSES = ("white_jerk", "paper", "euler")
@@ -80,6 +81,9 @@ class EkfOptions:
     magnetic_pull: float = 5.0
     """Kind M: undisturbed headings are corrected within this time at least [s], however well the
     filter believes to know them: drifting biases of rates are no part of its belief."""
+    gravity: GravityOptions | None = None
+    """Boards that do not accelerate tell which way is down (`GravityOptions()`), whether or not
+    `kinds` has A; None = off."""
     velocity_sigma: float = 3.0
     """Prior of joint and root velocities at the first frame, when it is not at rest
     [rad/s, m/s]."""

@@ -14,6 +14,7 @@ from mocap_jax.body.topology import FREE, SLIDE
 from mocap_jax.estimate.filter_data import filter_data
 from mocap_jax.estimate.filter_frame import FilterModel, FrameInput, Parameters
 from mocap_jax.estimate.filter_options import EkfOptions
+from mocap_jax.estimate.gravity_reference import frame_gravity, gravity_figures
 from mocap_jax.estimate.innovation_statistics import InnovationStatistics
 from mocap_jax.estimate.magnetometers import filter_figures, frame_fields
 from mocap_jax.estimate.observed_joints import observed_joints
@@ -46,7 +47,8 @@ def prepare(
     """Bring a recording, a body and options to what the loops take."""
     data = gather(recording, body, kinds=options.kinds, root=use_root, rate_hz=options.rate_hz)
     magnetic = frame_fields(recording, data.sensors, np.asarray(data.time), options.kinds)
-    chunks, kinds, range_sites = filter_data(data, magnetic, rest, options)
+    felt = frame_gravity(recording, body, options, rest)
+    chunks, kinds, range_sites = filter_data(data, magnetic, rest, options, felt)
     model = FilterModel(
         options.process,
         kinds,
@@ -94,6 +96,7 @@ def _parameters(
         mounting_sigma=jnp.asarray(_remaining_mounting(rest)),
         speed_of_sound=jnp.asarray(recording.setup.speed_of_sound),
         magnetic=jnp.asarray(filter_figures(recording, body, options, rest, step)),
+        gravity=gravity_figures(options.gravity, step),
     )
 
 

@@ -49,6 +49,7 @@ def first_guess(
         covariance=False, range_model=_RANGE_MODEL,
         magnetic_north=options.magnetic_north, magnetic_sigma=options.magnetic_sigma,
         magnetic_time=options.magnetic_time, range_facing=options.noise.range_facing,
+        gravity=options.gravity,
     )  # fmt: skip
     return run_ekf(recording, body, settings, progress=progress, meanwhile=meanwhile)
 

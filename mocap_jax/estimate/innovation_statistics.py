@@ -12,7 +12,10 @@ from mocap_jax.measurement import FrameData
 _KINDS = {"D": "range", "R": "root"}
 # Sensors have three values of these, and one of a heading.
 _AXES = {"M": 1}
-_NAMES = {"M": "magnetometer", "A": "accelerometer", "G": "gyroscope", "O": "orientation"}
+_NAMES = {
+    "M": "magnetometer", "V": "gravity", "A": "accelerometer", "G": "gyroscope",
+    "O": "orientation",
+}  # fmt: skip
 # Whitened size beyond which a value counts as an outlier.
 _OUTLIER = 3.0
 

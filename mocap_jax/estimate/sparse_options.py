@@ -61,9 +61,9 @@ def table1_options(
     which our prior knows the sum.
 
     The paper's energies are means over frames and sensors; in units of one radian of one sensor, an
-    acceleration has a deviation of 0.05^-1/2 m/s^2, and a frame counts as 0.003 poses a sensor. The
-    acceleration is compared in the sensor's frame, with the rotation that is solved for (the paper:
-    in the world's, with the measured one). Place boards by `calibrate_to_pose` first (eq. 7).
+    acceleration has a deviation of 0.05^-1/2 m/s^2, and a frame counts as 0.003 poses a sensor.
+    Accelerations are turned into the world by measured orientations (eq. 13). Place boards by
+    `calibrate_to_pose` first (eq. 7).
 
     Args:
         rate_hz: of the frames.
@@ -75,6 +75,7 @@ def table1_options(
     return OptimiseOptions(
         kinds="AO",
         stencil="plain",
+        acceleration_rotation="measured",
         initial="orientation",
         root="free",
         pose_prior=dataclasses.replace(

@@ -15,8 +15,10 @@ from mocap_jax.estimate import magnetometers
 from mocap_jax.estimate.background import wait_for
 from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.estimate.constant_names import constants_from
+from mocap_jax.estimate.gravity_reference import with_gravity
 from mocap_jax.estimate.initial_guess import at_rest, first_guess, on_grid
 from mocap_jax.estimate.inputs import body_of, measures_orientation, uses_root
+from mocap_jax.estimate.measured_rotation import with_measured_rotation
 from mocap_jax.estimate.orientation_options import OrientationPassOptions
 from mocap_jax.estimate.orientation_pass import orientation_pass
 from mocap_jax.estimate.rest_tilt import gather_with_rest
@@ -90,6 +92,8 @@ def solve_sequence(
         built = build(
             data, body, recording.setup, options, root_given=root_given, user_data=user_data
         )
+        built = with_measured_rotation(built, data, options)
+        built, told = with_gravity(built, recording, body, options.gravity, options.rate_hz)
         run = Run(recording, body, data, built, options, root_given=root_given)
         if initial is None:
             programs: list[Future[None]] = []
@@ -101,6 +105,8 @@ def solve_sequence(
         solution = run.solve(state, recording, root_given=root_given, progress=progress)
         if body is not own:
             solution = without_skin(solution, own, data)
+        if told:
+            solution = dataclasses.replace(solution, remarks=(*solution.remarks, told))
     seconds = time.perf_counter() - begin
     solution = dataclasses.replace(
         solution, seconds_solve=seconds - clock.seconds, seconds_compile=clock.seconds

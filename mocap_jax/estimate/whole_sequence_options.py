@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from mocap_jax.estimate.contact.options import ContactOptions
+from mocap_jax.estimate.gravity_options import GravityOptions
 from mocap_jax.estimate.sequence.layout import UserResidual
 from mocap_jax.least_squares import SolverOptions
 from mocap_jax.pose_prior import PosePrior
@@ -185,6 +186,9 @@ class OptimiseOptions:
     """Frame grid; default the highest inertial rate."""
     stencil: Literal["consistent", "plain"] = "consistent"
     """Acceleration stencil: fourth order, or the papers' plain second difference."""
+    acceleration_rotation: Literal["model", "measured"] = "model"
+    """What turns accelerometers' readings into the world: the rotation that is solved for, which
+    lets gravity tell tilt, or the measured orientation (von Marcard 2017, eq. 13)."""
     initial: Literal["ekf", "ekf_smoothed", "orientation"] = "ekf_smoothed"
     """What makes the initial guess when none is given."""
     magnetic_north: float | None = None
@@ -214,5 +218,8 @@ class OptimiseOptions:
     contacts: ContactOptions | None = None
     """Feet that stand on the ground do not move (`ContactOptions()`); None = off. What a free root
     drifts by is mostly gone then. The body needs feet by name."""
+    gravity: GravityOptions | None = None
+    """Boards that do not accelerate tell which way is down (`GravityOptions()`), whether or not
+    `kinds` has A; None = off."""
     user_residuals: tuple[UserResidual, ...] = ()
     """The user's own residuals, see `UserResidual`."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from mocap_jax.solution import Solution
 from mocap_jax.solution.methods import FILTERS, SMOOTHERS
 
-KINDS = ("accelerometer", "gyroscope", "orientation", "magnetometer")
+KINDS = ("accelerometer", "gyroscope", "orientation", "magnetometer", "gravity")
 
 
 def statistic_sources(solutions: dict[str, Solution]) -> dict[str, Solution]:

@@ -129,6 +129,13 @@ def acceleration_jacobian(
     return AccelerationJacobian(alpha, jnp.stack(turn), bias, mounting)
 
 
+def without_turns(jacobian: AccelerationJacobian) -> AccelerationJacobian:
+    """The same where the rotations are measured ones: neither poses nor mountings change them."""
+    return jacobian._replace(
+        turn=jnp.zeros_like(jacobian.turn), mounting=jnp.zeros_like(jacobian.mounting)
+    )
+
+
 class RateJacobian(NamedTuple):
     """Derivative of `rate_residual`: +turn by the world rotation of k+1, -turn by that of k."""
 

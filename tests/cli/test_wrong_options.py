@@ -54,9 +54,12 @@ def test_unknown_sensor_kind(refused, recording_file):
     refused(["reconstruct", recording_file, "--sensors", "A,Q"], USAGE, "'Q'", "gyroscope")
 
 
-def test_contacts_belong_to_the_optimiser(refused, recording_file):
-    arguments = ["reconstruct", recording_file, "--contacts", "--method", "ekf"]
-    refused(arguments, USAGE, "--contacts", "optimise")
+@pytest.mark.parametrize(
+    ("option", "method"), [("--contacts", "ekf"), ("--gravity", "orientation")]
+)
+def test_contacts_and_gravity_belong_to_some_methods(refused, recording_file, option, method):
+    arguments = ["reconstruct", recording_file, option, "--method", method]
+    refused(arguments, USAGE, option, "optimise")
 
 
 def test_magnetometers_need_magnetic_streams(refused, recording_file):

@@ -98,7 +98,8 @@ def qmt(folder: Path, data: Callable[[], Path]) -> None:
 
 
 SETTINGS = {
-    "human": nothing, "cutting": nothing, "converting": opensense, "opensim": opensense,
+    "human": nothing, "cutting": nothing, "gravity_reference": nothing,
+    "converting": opensense, "opensim": opensense,
     "README": demo, "uncertainty": demo, "self_calibration": demo, "derivatives": demo,
     "sparse_inertial_poser": nothing, "broad": broad, "mounting": qmt, "full_body_imu": qmt,
     "joints": rig,
@@ -116,8 +117,8 @@ SLOW = {
 )  # fmt: skip
 def test_page_runs(page: Path, request: pytest.FixtureRequest, tmp_path: Path, monkeypatch):
     assert page.stem in SETTINGS, f"say in SETTINGS what {page.name} needs"
-    SETTINGS[page.stem](tmp_path, lambda: request.getfixturevalue("shared_data"))
     monkeypatch.chdir(tmp_path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # what conversions tell
+        SETTINGS[page.stem](tmp_path, lambda: request.getfixturevalue("shared_data"))
         exec(compile(code_of(page), str(page), "exec"), {"__name__": "__main__"})

@@ -12,7 +12,9 @@ from mocap_jax.estimate.sequence.model_gradient import model_gradient
 @pytest.mark.slow
 @pytest.mark.parametrize("corrections", [None, CORRECTIONS])
 def test_model_gradient_is_that_of_the_normal_equations(corrections: dict | None) -> None:
-    problem, state = make(3, losses="cauchy", user=True, chunk=4, corrections=corrections)
+    problem, state = make(
+        3, losses="cauchy", user=True, chunk=4, corrections=corrections, gravity=True
+    )
     equations = problem.linearise(state)
     gradient = np.concatenate([equations.gradient.ravel(), equations.corner_gradient])
     rng = np.random.default_rng(0)

@@ -13,6 +13,7 @@ from mocap_jax import so3
 from mocap_jax.body import load_body, normalise, retract
 from mocap_jax.estimate.sequence import (
     contact_terms,
+    gravity_terms,
     inertial_residuals,
     pose_prior_terms,
     pose_terms,
@@ -69,9 +70,10 @@ def _usual(draw) -> Gaussian:
 
 def make(
     order: int, *, losses: str = "none", user: bool = False, chunk: int = 16,
-    corrections: dict | None = None, feet: bool = False,
+    corrections: dict | None = None, feet: bool = False, gravity: bool = False,
+    measured: bool = False,
 ):  # fmt: skip
-    """A random problem in which every kind of residual is present, standing feet if wanted."""
+    """A random problem in which every kind of residual is present, feet and gravity if wanted."""
     body = load_body(BODY)
     rng = np.random.default_rng(order)
     draw = lambda *shape: rng.normal(size=shape)  # noqa: E731
@@ -125,6 +127,12 @@ def make(
         terms = dataclasses.replace(terms, contact=info)
         numbers = (np.asarray(x) for x in (0.6, 0.7, 0.3, 2.0))
         weights = dataclasses.replace(weights, ground=Ground(0.2 * draw(3, 3), *numbers))
+    layout = dataclasses.replace(layout, measured_rotation=measured)
+    if gravity:
+        still = (10 * draw(T, S, 3), positive(T, S) * (rng.uniform(size=(T, S)) > 0.3))
+        layout = dataclasses.replace(layout, use_gravity=True, gravity_loss=losses)
+        terms = dataclasses.replace(terms, gravity=still)
+        weights = dataclasses.replace(weights, gravity_scale=np.asarray(0.4))
     constants = Constants(
         0.1 * draw(S, 3),
         0.2 * draw(S, 3),
@@ -176,6 +184,9 @@ def stacked_residuals(problem: SequenceProblem, state: State, delta: jax.Array) 
         root(terms.pace_information[core])[:, None]
         * pose_prior_terms.changes(usual, problem.weights)[core],
     ]
+    if layout.use_gravity:
+        tilt = gravity_terms.residuals(layout, w, constants, terms, problem.body.gravity)
+        parts.append(root(terms.gravity[1][core])[..., None] * tilt[core])
     if layout.contact_bodies:
         kinds = contact_terms.kinds(layout, w, terms, problem.weights, core)
         parts += [root(k.information) * k.residual for k in kinds]
@@ -200,16 +211,18 @@ def dense(equations, frames: int):
 
 
 @pytest.mark.parametrize(
-    ("order", "user", "corrections", "feet"),
+    ("order", "user", "corrections", "present"),
     [
-        (2, False, None, False), (3, True, None, False), (2, False, CORRECTIONS, False),
-        (2, False, {"use_heading": True}, False), (2, False, None, True),
+        (2, False, None, ""), (3, True, None, ""), (2, False, CORRECTIONS, "gravity"),
+        (2, False, {"use_heading": True}, ""), (2, False, None, "feet"),
+        (2, False, {"use_accelerometer_scale": True, "accelerometer_steps": 2}, "measured"),
     ],
 )  # fmt: skip
 def test_normal_equations_equal_dense_jacobian(
-    order: int, user: bool, corrections: dict | None, feet: bool
+    order: int, user: bool, corrections: dict | None, present: str
 ) -> None:
-    problem, state = make(order, user=user, corrections=corrections, feet=feet)
+    more = {present: True} if present else {}
+    problem, state = make(order, user=user, corrections=corrections, **more)
     zero = jnp.zeros(problem.unknowns)
     function = jax.jit(lambda d: stacked_residuals(problem, state, d))
     residual = np.asarray(function(zero))
@@ -262,7 +275,7 @@ def test_blocks_are_final_when_they_are_handed_over() -> None:
 
 @pytest.mark.parametrize("loss", ["huber", "cauchy", "geman_mcclure"])
 def test_gradient_of_robust_cost(loss: str) -> None:
-    problem, state = make(2, losses=loss, feet=True)
+    problem, state = make(2, losses=loss, feet=True, gravity=True)
     equations = problem.linearise(state)
     rng = np.random.default_rng(0)
     step, constants = rng.normal(size=(T, problem.layout.topology.nv)), rng.normal(size=M)
@@ -274,8 +287,8 @@ def test_gradient_of_robust_cost(loss: str) -> None:
 
 
 def test_chunks_do_not_change_the_equations() -> None:
-    whole, state = make(3, user=True, feet=True)
-    pieces, _ = make(3, user=True, chunk=4, feet=True)
+    whole, state = make(3, user=True, feet=True, gravity=True)
+    pieces, _ = make(3, user=True, chunk=4, feet=True, gravity=True)
     a, b = whole.linearise(state), pieces.linearise(state)
     np.testing.assert_allclose(a.cost, b.cost, rtol=1e-12)
     np.testing.assert_allclose(dense(a, T), dense(b, T), rtol=1e-10, atol=1e-8)

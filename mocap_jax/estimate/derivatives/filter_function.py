@@ -73,6 +73,7 @@ class _Fixed:
     range_receiver: Int[Array, "c n k"]
     range_lead: Float[Array, "c n k"]
     magnetic: Float[Array, "c n s 3"]
+    gravity: Float[Array, "c n s 3"] | tuple[()] = ()
 
 
 class DifferentiableFilter:
@@ -123,6 +124,7 @@ class DifferentiableFilter:
             fixed.valid, fixed.first, cut(m.accelerometer), cut(m.gyroscope), cut(m.orientation),
             cut(m.range_distance), fixed.range_weight, fixed.range_source, fixed.range_receiver,
             fixed.range_lead, cut(m.root_position), cut(m.root_orientation), fixed.magnetic,
+            fixed.gravity,
         )  # fmt: skip
 
 

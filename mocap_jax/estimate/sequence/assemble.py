@@ -18,6 +18,7 @@ from mocap_jax.body import Body
 from mocap_jax.estimate.sequence import (
     contact_terms,
     geometry_terms,
+    gravity_terms,
     inertial_residuals,
     inertial_terms,
     pose_prior_terms,
@@ -72,6 +73,9 @@ def _cost(
     core = _core(layout, q)
     inertial = inertial_residuals.residuals(layout, w, constants, terms, weights, body.gravity)
     kinds = inertial_residuals.losses(layout, inertial, terms, weights, core)
+    if layout.use_gravity:
+        tilt = gravity_terms.residuals(layout, w, constants, terms, body.gravity)
+        kinds["gravity"] = gravity_terms.losses(layout, tilt, terms, weights, core)
     ranges = None
     if layout.use_range:
         ranges = range_terms.residuals(w, terms)
@@ -130,6 +134,8 @@ def assemble_chunk(
     w = kinematics(layout, body, q, constants)
     kinds, (inertial, ranges, pose) = _cost(layout, body, w, q, constants, terms, weights)
     info = inertial_terms.information(layout, w, constants, terms, weights, inertial, core)
+    if layout.use_gravity:
+        info = gravity_terms.add(layout, info, w, constants, terms, weights, body.gravity, core)
     mask = sensor_dofs(layout)
     blocks = [
         joint_block(layout.topology, mask, block, _later(w, core, o), w.screws[core])

@@ -13,16 +13,35 @@ from jax import Array
 from jaxtyping import Float
 
 from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms
+from mocap_jax.estimate.sequence.window import Window
 
 
 def forces(layout: Layout, constants: Constants, terms: Terms) -> Float[Array, "n s 3"]:
     """Specific forces [m/s^2]."""
+    return unbiased(
+        layout, constants, terms, in_time(layout, constants, terms.force, terms.force_slopes)
+    )
+
+
+def unbiased(
+    layout: Layout, constants: Constants, terms: Terms, readings: Float[Array, "n s 3"]
+) -> Float[Array, "n s 3"]:
+    """Readings of accelerometers without bias and scale errors [m/s^2]."""
     c = constants.corrections
     bias = constants.accelerometer_bias
     if layout.accelerometer_steps:
         bias = bias + _walked(terms, c.accelerometer_walk)
-    force = in_time(layout, constants, terms.force, terms.force_slopes) - bias
+    force = readings - bias
     return force / (1 + c.accelerometer_scale) if layout.use_accelerometer_scale else force
+
+
+def force_rotation(layout: Layout, w: Window, terms: Terms) -> Float[Array, "n s 3 3"]:
+    """R_world_sensor by which specific forces become accelerations (n, s, 3, 3).
+
+    The measured one (von Marcard 2017, eq. 13) makes accelerations constants of their residual,
+    which then depends on positions alone.
+    """
+    return terms.orientation if layout.measured_rotation else w.rotation
 
 
 def rates(

@@ -12,7 +12,6 @@ from jax import Array
 from mocap_jax import so3
 from mocap_jax.estimate.sequence.corrected import slope
 from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms
-from mocap_jax.estimate.sequence.window import Window
 
 
 def diagonal(x: Array) -> Array:
@@ -21,22 +20,22 @@ def diagonal(x: Array) -> Array:
 
 
 def acceleration_columns(
-    layout: Layout, w: Window, constants: Constants, terms: Terms, force: Array, bias: Array
+    layout: Layout, rotation: Array, constants: Constants, terms: Terms, force: Array, bias: Array
 ) -> dict[str, Array]:
     """By kind (n-2, s, 3, columns).
 
     Args:
         layout: which kinds there are.
-        w: kinematics of n frames.
+        rotation: R_world_sensor of n frames, by which forces become accelerations.
         constants: where.
         terms: readings of the frames.
         force: corrected specific forces (n, s, 3).
         bias: sum of the weighted rotations (n-2, s, 3, 3).
     """
     n = force.shape[0]
-    weighted = [c * w.rotation[j : n - 2 + j] for j, c in enumerate(layout.force_weights)]
+    weighted = [c * rotation[j : n - 2 + j] for j, c in enumerate(layout.force_weights)]
     cut = lambda x, j: x[j : n - 2 + j]  # noqa: E731
-    gain = _gain(constants.corrections.accelerometer_scale, layout.use_accelerometer_scale)
+    gain = gain_of(constants.corrections.accelerometer_scale, layout.use_accelerometer_scale)
     out = {"accelerometer_bias": bias * gain[..., None, :]}
     if layout.use_accelerometer_scale:
         shares = gain * force
@@ -75,7 +74,7 @@ def rate_columns(
         step: h [s].
     """
     before, after = rate[:-1], rate[1:]
-    gain = _gain(constants.corrections.gyroscope_scale, layout.use_gyroscope_scale)
+    gain = gain_of(constants.corrections.gyroscope_scale, layout.use_gyroscope_scale)
     out = {"gyroscope_bias": bias * gain[..., None, :]}
     if layout.use_gyroscope_scale:
         turned = so3.skew(after) * before[..., None, :] - so3.skew(before) * after[..., None, :]
@@ -103,6 +102,6 @@ def _walk_columns(basis: Array, before: Array, after: Array, step: Array) -> Arr
     return middle * jnp.eye(3, dtype=turned.dtype) - step / 12 * turned
 
 
-def _gain(scale: Array, used: bool) -> Array:
+def gain_of(scale: Array, used: bool) -> Array:
     """Change of a corrected reading by the reading, (s, 3) or (1,) where scales are certain."""
     return 1 / (1 + jnp.asarray(scale)) if used else jnp.ones(1, jnp.asarray(scale).dtype)

@@ -13,7 +13,7 @@ from jax import Array
 from jaxtyping import Float
 
 from mocap_jax import so3
-from mocap_jax.estimate.sequence.corrected import forces, rates
+from mocap_jax.estimate.sequence.corrected import force_rotation, forces, rates
 from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
 from mocap_jax.estimate.sequence.orientation_prediction import predicted
 from mocap_jax.estimate.sequence.window import Window
@@ -37,7 +37,7 @@ def residuals(
 ) -> InertialResiduals:
     """All inertial residuals of a chunk (see `residuals.inertial` for the plain functions)."""
     h = weights.step
-    force = so3.matvec3(w.rotation, forces(layout, constants, terms))
+    force = so3.matvec3(force_rotation(layout, w, terms), forces(layout, constants, terms))
     c = layout.force_weights
     measured = c[0] * force[:-2] + c[1] * force[1:-1] + c[2] * force[2:]
     second = (w.position[:-2] - 2 * w.position[1:-1] + w.position[2:]) / h**2

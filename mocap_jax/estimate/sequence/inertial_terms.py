@@ -16,7 +16,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from mocap_jax import so3
-from mocap_jax.estimate.sequence.corrected import forces, rates
+from mocap_jax.estimate.sequence.corrected import force_rotation, forces, rates
 from mocap_jax.estimate.sequence.correction_terms import acceleration_columns, rate_columns
 from mocap_jax.estimate.sequence.geometry_terms import AccelerationRows
 from mocap_jax.estimate.sequence.inertial_residuals import (
@@ -40,6 +40,7 @@ from mocap_jax.estimate.sequence.window import Window
 from mocap_jax.residuals.inertial import (
     acceleration_jacobian,
     rate_jacobian,
+    without_turns,
 )
 
 
@@ -82,12 +83,15 @@ def _add_acceleration(
     core: slice,
 ) -> SiteInformation:
     force = forces(layout, constants, terms)
+    rotation = force_rotation(layout, w, terms)
     jacobian = acceleration_jacobian(
-        (w.rotation[:-2], w.rotation[1:-1], w.rotation[2:]),
+        (rotation[:-2], rotation[1:-1], rotation[2:]),
         (force[:-2], force[1:-1], force[2:]),
         weights.step,
         layout.force_weights,
     )
+    if layout.measured_rotation:
+        jacobian = without_turns(jacobian)
     info = robust_information(
         layout, r.acceleration, terms.force_information[1:-1], weights.inertial_scale
     )
@@ -117,7 +121,7 @@ def _add_acceleration(
             blocks[later - earlier] = blocks[later - earlier] + stack(ll, lw, wl, ww)
     gradient, border = total.gradient, total.border
     second = sum(alpha[j] * w.site_rotation[j : n - 2 + j] for j in range(3))
-    others = acceleration_columns(layout, w, constants, terms, force, jacobian.bias)
+    others = acceleration_columns(layout, rotation, constants, terms, force, jacobian.bias)
     cols = columns(layout, jacobian.mounting, offset=second, **others)
     weighted = info[..., None] * r.acceleration
     for j in range(3):

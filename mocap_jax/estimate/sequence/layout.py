@@ -75,6 +75,12 @@ class Layout:
     contact_bodies: tuple[int, ...] = ()
     """Segment of each point of a foot that may stand on the ground."""
     contact_loss: str = "none"
+    measured_rotation: bool = False
+    """Accelerations are turned into the world by measured orientations, not by those
+    that are solved for."""
+    use_gravity: bool = False
+    """Still boards say which way is down (see `gravity_terms`)."""
+    gravity_loss: str = "none"
 
     @property
     def half_bandwidth(self) -> int:
@@ -253,6 +259,9 @@ class Terms:
     contact: tuple[Float[Array, "t p"], ...] = ()
     """Where feet may stand (see `contact_terms`): information of each point's displacement to the
     next frame; of its height over the ground in contact; of its depth below it otherwise."""
+    gravity: tuple[Array, ...] = ()
+    """What boards feel, (t, s, 3), and the information of its direction, (t, s): zero where they
+    are not still. Empty where there is no gravity reference."""
 
 
 def frame_axis(name: str) -> int:
@@ -322,3 +331,5 @@ class Weights:
     limit_softness: Float[Array, ""]
     pose_prior: Gaussian = NO_PRIOR
     ground: Ground = NO_GROUND
+    gravity_scale: Float[Array, ""] = field(default_factory=lambda: np.asarray(1.0))
+    """Whitened norm beyond which a still board's tilt is an outlier."""

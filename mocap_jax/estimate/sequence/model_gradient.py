@@ -22,6 +22,7 @@ from mocap_jax import so3
 from mocap_jax.body import Body, retract
 from mocap_jax.estimate.sequence import (
     contact_terms,
+    gravity_terms,
     inertial_residuals,
     pose_prior_terms,
     pose_terms,
@@ -72,6 +73,10 @@ def parts(
     before = slice(core.start - 1, core.stop - 1)
     w = kinematics(layout, body, q, constants)
     out = _inertial(layout, body, w, constants, terms, weights, core)
+    if layout.use_gravity:
+        tilt = gravity_terms.residuals(layout, w, constants, terms, body.gravity)[core]
+        info = jnp.broadcast_to(terms.gravity[1][core][..., None], tilt.shape)
+        out.append(Part(tilt, info, layout.gravity_loss, weights.gravity_scale))
     if layout.use_range:
         ranges = range_terms.residuals(w, _apart(layout, terms)).residual[before][..., None]
         info = terms.range_information[core][..., None]

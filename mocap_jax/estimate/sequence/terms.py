@@ -154,7 +154,7 @@ def _variances(
 
 # Names under which other residuals of a pose count.
 _TAKEN = {COUPLINGS, KNEES, "accelerometer", "gyroscope", "orientation", "range", "reference",
-          "limits", "smoothness", "pose_prior", "contact"}  # fmt: skip
+          "limits", "smoothness", "pose_prior", "contact", "gravity"}  # fmt: skip
 
 
 def _contacts(
