@@ -103,6 +103,7 @@ def filter_options(rate_hz: float, *, smooth: bool = False) -> EkfOptions:
         kinds="D",
         rate_hz=rate_hz,
         joint_jerk_density=JERK_DENSITY,
+        limits=True,
         smooth=smooth,
         # Which way the mobile faces is what the wrist's position tells least.
         range_facing=False,
