@@ -15,10 +15,11 @@ from mocap_jax.body.mjcf_text import numbers
 from mocap_jax.errors import InputError, unknown_name
 
 WRIST_SITE = "source/wrist"
-SHOULDER, ELBOW, ABDUCTION = "shoulder", "elbow", "abduction"
-Shoulder = Literal["planar", "abducting", "ball"]
-"""Flexion alone; abduction and flexion, which a wrist position determines; or all three, of which
-it leaves one open."""
+SHOULDER, ELBOW, ABDUCTION, ROTATION = "shoulder", "elbow", "abduction", "rotation"
+Shoulder = Literal["planar", "sagittal", "ball"]
+"""Flexion alone; flexion with abduction and axial rotation within `ASIDE`; or a ball joint."""
+ASIDE = 0.26
+"""How far a shoulder that is told to move in the sagittal plane leaves it [rad]: 15 degrees."""
 FLEXION_AXIS = (0.0, -1.0, 0.0)
 """Of raising the arm and of bending the elbow: lateral, to the arm's own side. The mobile sends its
 sound there."""
@@ -26,10 +27,17 @@ sound there."""
 _ON_SKIN = (0.0, -0.04, 0.0)
 _TURN = (0.5**0.5, 0.5**0.5, 0.0, 0.0)
 _INERTIA = 'mass="1" diaginertia="0.01 0.01 0.01"'
+
+
+def _aside(name: str) -> str:
+    # Both axes are one where the arm points forward: without armature MuJoCo warns of the inertia.
+    return f'<joint name="{name}" axis="1 0 0" range="-{ASIDE} {ASIDE}" armature="0.01"/>'
+
+
 _FLEXION = f'<joint name="{SHOULDER}" axis="{numbers(FLEXION_AXIS)}"/>'
 _SHOULDERS: dict[str, str] = {
     "planar": _FLEXION,
-    "abducting": f'<joint name="{ABDUCTION}" axis="1 0 0"/>{_FLEXION}',
+    "sagittal": _aside(ABDUCTION) + _FLEXION + _aside(ROTATION),
     "ball": f'<joint name="{SHOULDER}" type="ball"/>',
 }
 _TISSUE = "".join(

@@ -12,7 +12,15 @@ from scipy.spatial.transform import Rotation
 
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError
-from mocap_jax.motion.arm import ABDUCTION, ELBOW, SHOULDER, WRIST_SITE, Shoulder, arm_body
+from mocap_jax.motion.arm import (
+    ABDUCTION,
+    ELBOW,
+    ROTATION,
+    SHOULDER,
+    WRIST_SITE,
+    Shoulder,
+    arm_body,
+)
 from mocap_jax.recording import (
     NoiseFigures,
     RangeStream,
@@ -159,8 +167,8 @@ def declared(recording: Recording, scene: ArmScene, kind: Shoulder) -> Recording
         SHOULDER: ball if kind == "ball" else (float(angle),),
         ELBOW: (float(np.deg2rad(scene.movement.elbow_deg[0])),),
     }
-    if kind == "abducting":
-        pose[ABDUCTION] = (0.0,)
+    if kind == "sagittal":
+        pose |= {ABDUCTION: (0.0,), ROTATION: (0.0,)}
     setup = dataclasses.replace(recording.setup, rest=RestHold(0.0, scene.movement.hold, pose))
     return dataclasses.replace(recording, setup=setup, body_xml=scene.body(kind=kind).xml)
 
