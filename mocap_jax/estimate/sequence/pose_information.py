@@ -83,6 +83,7 @@ def references(
         information[0, rest[:, None], joints] = 1 / (prior.rest_sigma**2 * len(rest))
     information[1][:, joints] = float(data.step) / prior.pose_sigma**2
     information[1][:, usual] = 0.0
+    information[1][:, _further_roots(body)] = 0.0
     floating = floating_dofs(body)
     information[0][:, floating] = 0.0
     information[1][:, floating] = float(data.step) / _skin(prior).size
@@ -94,6 +95,15 @@ def references(
         still = rest if len(rest) else np.arange(2)
         information[0][np.ix_(still, np.arange(6))] = 1 / _STILL**2
     return reference, information
+
+
+def _further_roots(body: Body) -> np.ndarray:
+    """Coordinates of other people's roots (nv,), which have no usual place."""
+    topology, out = body.topology, np.zeros(body.nv, bool)
+    for kind, first in list(zip(topology.joint_types, topology.joint_dof, strict=True))[1:]:
+        if kind == "free":
+            out[first : first + 6] = True
+    return out
 
 
 def _put_root(
