@@ -125,10 +125,10 @@ def joint_filter(
         smooth: run the backward pass too.
     """
     options = filter_options(_rate(recording), smooth=smooth)
-    return _of_solution(bent_forward(ukf(_loose(recording), body, options=options)))
+    return tracked(bent_forward(ukf(loosened(recording), body, options=options)))
 
 
-def _loose(recording: Recording) -> Recording:
+def loosened(recording: Recording) -> Recording:
     """The recording with `LOOSE_MOBILE` in its stated noise."""
     noise = recording.setup.noise
     noise = replace(noise, range=float(np.hypot(noise.range, LOOSE_MOBILE)))
@@ -172,8 +172,8 @@ def optimised(
     """
     initial = initial or joint_filter(recording, body, smooth=True)
     options = arm_options(_rate(recording), robust=robust)
-    found = optimise(_loose(recording), body, initial=initial.solution, options=options)
-    return _of_solution(found)
+    found = optimise(loosened(recording), body, initial=initial.solution, options=options)
+    return tracked(found)
 
 
 def _body(recording: Recording) -> Body:
@@ -187,7 +187,8 @@ def _rate(recording: Recording) -> float:
     return 1.0 / (recording.setup.pulse_interval * len(recording.setup.sources))
 
 
-def _of_solution(solution: Solution) -> ArmTrack:
+def tracked(solution: Solution) -> ArmTrack:
+    """What a general estimator found, as wrist and angles."""
     q = np.asarray(solution.trajectory.q)
     points = arm_points(solution.body, q)
     told = solution.remarks

@@ -141,9 +141,7 @@ def _anchor(entry: dict[str, object], where: str) -> Anchor:
     if not isinstance(emits, bool):
         raise InputError(f"{where} '{name}': emits must be true or false")
     position, turn = _pose(entry, where, name)
-    return Anchor(
-        name.removeprefix(ANCHOR_PREFIX), position, turn, emits, _frequency(entry, where)
-    )
+    return Anchor(name.removeprefix(ANCHOR_PREFIX), position, turn, emits, _frequency(entry, where))
 
 
 def _frequency(entry: dict[str, object], where: str) -> float:

@@ -18,9 +18,7 @@ def suits_together(suits: Mapping[str, Suit], anchors: tuple[Anchor, ...] = ()) 
     """
 
     def worn(person: str, device: Mounting) -> Mounting:
-        return replace(
-            device, name=f"{person}/{device.name}", segment=f"{person}/{device.segment}"
-        )
+        return replace(device, name=f"{person}/{device.name}", segment=f"{person}/{device.segment}")
 
     return Suit(
         tuple(worn(p, b) for p, s in suits.items() for b in s.boards),
