@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import jax.numpy as jnp
@@ -11,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from mocap_jax.body import Body, load_body
 from mocap_jax.body.mjcf_text import numbers
-from mocap_jax.errors import InputError
+from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.motion.motion import Motion
 from mocap_jax.trajectory import Trajectory
 
@@ -20,7 +21,10 @@ _TAKEN = ("compiler", "default", "custom", "worldbody", "option", "size", "stati
 _COMMON = ("compiler", "default", "option")
 
 
-def together(motions: Mapping[str, Motion]) -> Motion:
+Place = tuple[float, float, float]
+
+
+def together(motions: Mapping[str, Motion], places: Mapping[str, Place] | None = None) -> Motion:
     """One motion of several people.
 
     Bodies, joints, sites and shapes get their owner's name in front (`a/Pelvis`). Everybody stands,
@@ -29,16 +33,24 @@ def together(motions: Mapping[str, Motion]) -> Motion:
     Args:
         motions: by the names of the people, with the same frame rate; bodies without meshes,
             sensors and actuators.
+        places: how far the clip of some of them is moved, x and y [m], after a turn about the
+            world's z axis [rad].
 
     Raises:
-        InputError: fewer than two people, a name that cannot be a prefix, different rates or
-            model-wide settings, or a body that is more than segments, joints, shapes and sites.
+        InputError: fewer than two people, a name that cannot be a prefix, a place for nobody,
+            different rates or model-wide settings, or a body that is more than segments, joints,
+            shapes and sites.
     """
+    places = places or {}
+    for name in places:
+        if name not in motions:
+            raise unknown_name("person", name, motions)
     if len(motions) < 2:
         raise InputError(f"together: {len(motions)} motions; at least two people are needed")
     for name in motions:
         if not name or "/" in name:
             raise InputError(f"together: '{name}' cannot be a prefix: a name without '/' is needed")
+    motions = {name: _moved(m, places.get(name, (0.0, 0.0, 0.0))) for name, m in motions.items()}
     times = {name: np.asarray(m.trajectory.time) for name, m in motions.items()}
     steps = {name: float(t[-1] - t[0]) / (len(t) - 1) for name, t in times.items()}
     if max(steps.values()) > 1.0001 * min(steps.values()):
@@ -53,11 +65,20 @@ def together(motions: Mapping[str, Motion]) -> Motion:
     return Motion(title, body, Trajectory(time, q), {"people": ", ".join(motions)})
 
 
+def _moved(motion: Motion, place: Place) -> Motion:
+    """The clip turned about the world's z axis, then shifted."""
+    if not motion.body.has_free_root:
+        raise InputError(f"motion '{motion.name}': its body has no free root joint")
+    q, turn = np.array(motion.trajectory.q), Rotation.from_euler("z", place[2])
+    q[:, :3] = turn.apply(q[:, :3]) + [*place[:2], 0.0]
+    turned = turn * Rotation.from_quat(q[:, 3:7], scalar_first=True)
+    q[:, 3:7] = turned.as_quat(scalar_first=True)
+    return replace(motion, trajectory=Trajectory(motion.trajectory.time, jnp.asarray(q)))
+
+
 def _standing(motion: Motion) -> ElementTree.Element:
     """The body's document with its root upright where the clip starts, heading as there."""
     body: Body = motion.body
-    if not body.has_free_root:
-        raise InputError(f"motion '{motion.name}': its body has no free root joint")
     first, own = np.asarray(motion.trajectory.q)[0], np.asarray(body.qpos0)
     reference = Rotation.from_quat(own[3:7], scalar_first=True)
     turn = (Rotation.from_quat(first[3:7], scalar_first=True) * reference.inv()).as_matrix()

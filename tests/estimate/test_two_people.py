@@ -60,8 +60,14 @@ def test_bodies_keep_their_places_under_prefixed_names(pair: Motion) -> None:
         f"{p}/{n}" for p in "ab" for n in ("Pelvis", "RightUpperArm", "RightForeArm")
     )
     single = wanderer(SECONDS, start=(1.6, 0.3), seed=1)
-    np.testing.assert_array_equal(pair.trajectory.q[:, B_ROOT:], single.trajectory.q)
+    np.testing.assert_allclose(pair.trajectory.q[:, B_ROOT:], single.trajectory.q, atol=1e-12)
     np.testing.assert_allclose(pair.body.qpos0[B_ROOT : B_ROOT + 2], [1.6, 0.3], atol=0.5)
+    turned = together({"a": single, "b": single}, {"b": (2.0, 1.0, np.pi / 2)})
+    a, b = turned.trajectory.q[:, :B_ROOT], turned.trajectory.q[:, B_ROOT:]
+    np.testing.assert_allclose(b[:, :2], np.stack([2 - a[:, 1], 1 + a[:, 0]], axis=1), atol=1e-12)
+    np.testing.assert_array_equal(b[:, 7:], a[:, 7:])
+    facing = [load_body(turned.body.xml).qpos0[k + 3 : k + 7] for k in (0, B_ROOT)]
+    np.testing.assert_allclose(2 * np.arccos(facing[1] @ facing[0]), np.pi / 2, atol=1e-9)
     tall, small = (_still(human(height=h)) for h in (1.9, 1.6))
     two = together({"x": tall, "y": small}).body
     feet = [n for n in two.topology.body_names if n.endswith("LeftFoot")]
@@ -111,6 +117,8 @@ def test_wrong_people(pair: Motion) -> None:
         together({"a": one})
     with pytest.raises(InputError, match="'a/b' cannot be a prefix"):
         together({"a/b": one, "c": one})
+    with pytest.raises(InputError, match="unknown person 'c'; valid: a, b"):
+        together({"a": one, "b": one}, {"c": (0.0, 0.0, 0.0)})
     slow = replace(one, trajectory=Trajectory(2 * one.trajectory.time, one.trajectory.q))
     with pytest.raises(InputError, match="frame rates differ: a 120 Hz, b 60 Hz"):
         together({"a": one, "b": slow})
