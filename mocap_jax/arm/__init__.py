@@ -13,7 +13,7 @@ from mocap_jax.arm.inverse_kinematics import (
     planar_angles,
     spatial_arm,
 )
-from mocap_jax.arm.ranges import AnchorRanges, anchor_ranges, compensated
+from mocap_jax.arm.ranges import PulseRanges, anchor_ranges, compensated
 from mocap_jax.arm.track import (
     ArmTrack,
     joint_filter,
@@ -23,7 +23,7 @@ from mocap_jax.arm.track import (
 from mocap_jax.arm.wrist_filter import WristEstimate, WristFilterOptions, wrist_filter
 
 __all__ = [
-    "AnchorRanges", "ArmErrors", "ArmTrack", "PlanarAngles", "SpatialArm", "WristEstimate",
+    "ArmErrors", "ArmTrack", "PlanarAngles", "PulseRanges", "SpatialArm", "WristEstimate",
     "WristFilterOptions", "anchor_ranges", "arm_errors", "compensated", "forward", "joint_filter",
     "link_transform", "optimised", "paper_tracker", "planar_angles", "reference_angles",
     "spatial_arm", "wrist_filter",

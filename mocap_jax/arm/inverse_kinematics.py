@@ -56,8 +56,9 @@ class PlanarAngles(NamedTuple):
 
 
 def planar_angles(
-    wrist: Float[Array, "t 2"], lengths: tuple[float, float], branch: float = 1.0
-) -> PlanarAngles:
+    wrist: Float[Array, "t 2"], lengths: tuple[float, float], branch: float = 1.0,
+    one_way: bool = False,
+) -> PlanarAngles:  # fmt: skip
     """Joint angles from wrist positions (eq. 7 to 9).
 
     The argument of the arc cosine is clamped to -1..1. Each frame takes the elbow's branch that is
@@ -67,6 +68,8 @@ def planar_angles(
         wrist: in the base frame [m].
         lengths: of upper arm and forearm [m].
         branch: sign of the elbow angle before the first frame.
+        one_way: keep to that branch, as a human elbow does. The nearer branch may be the wrong one
+            after full extension, where noise decides.
 
     Raises:
         InputError: a length that is not positive.
@@ -92,7 +95,8 @@ def planar_angles(
         options = options.at[:, 0].set(last[0] + turn)
         away = ((options - last) ** 2).sum(1)
         # The last angle's sign stands for the branch: a straight arm keeps a trace of it.
-        chosen = options[jnp.where(away[1] < away[0] * (1 - 1e-9), 1, 0)]
+        other = (away[1] < away[0] * (1 - 1e-9)) & (not one_way)
+        chosen = options[jnp.where(other, 1, 0)]
         sign = jnp.where(chosen[1] == 0, sign, jnp.sign(chosen[1]))
         kept = chosen.at[1].set(sign * jnp.maximum(jnp.abs(chosen[1]), 1e-12))
         return kept, chosen

@@ -14,16 +14,19 @@ from jaxtyping import Float
 from mocap_jax import so3
 from mocap_jax.arm.errors import arm_points
 from mocap_jax.body import Body
-from mocap_jax.motion.arm import ELBOW, FLEXION_AXIS, SHOULDER
+from mocap_jax.motion.arm import ELBOW, FLEXION_AXIS, ROTATION, SHOULDER
 from mocap_jax.solution import Solution
 
 
 def bent_forward(solution: Solution) -> Solution:
     """The solution with its mirror image taken where the elbow is bent backwards.
 
-    Poses and their covariances are mirrored; velocities are kept where they were.
+    Poses and their covariances are mirrored; velocities are kept where they were. Shoulders of
+    three hinges are left as they are: filters keep their elbows in range (`EkfOptions.limits`).
     """
     topology = solution.body.topology
+    if ROTATION in topology.joint_names:
+        return solution
     elbow = topology.joint_qpos[topology.joint_names.index(ELBOW)]
     q = np.array(solution.trajectory.q)
     wrong = q[:, elbow] < 0

@@ -13,13 +13,13 @@ from mocap_jax.recording import Recording
 from mocap_jax.signals.ultrasonic.air import speed_of_sound
 
 
-class AnchorRanges(NamedTuple):
+class PulseRanges(NamedTuple):
     """Ranges by pulse and anchor."""
 
     time: Float[np.ndarray, "t"]
     """Of the pulses [s]."""
     distance: Float[np.ndarray, "t k"]
-    """[m]; NaN where an anchor heard nothing."""
+    """[m]; NaN where an anchor heard nothing for sure."""
     anchors: Float[np.ndarray, "k 3"]
     """Positions in the world [m]."""
     names: tuple[str, ...]
@@ -32,12 +32,16 @@ def compensated(
     return np.asarray(speed_of_sound(celsius) * np.asarray(time_of_flight))
 
 
-def anchor_ranges(recording: Recording, source: str = "source/wrist") -> AnchorRanges:
+def anchor_ranges(
+    recording: Recording, source: str = "source/wrist", least_confidence: float = 0.5
+) -> PulseRanges:
     """The ranges of one mobile to all anchors.
 
     Args:
         recording: with `anchor/...` sites in its body.
         source: the mobile's site.
+        least_confidence: detections below it are left out. A receiver without confidences, as the
+            paper's, has a threshold instead; the general estimators weigh by confidence.
 
     Raises:
         InputError: no ranges of that source, or none to an anchor.
@@ -55,9 +59,10 @@ def anchor_ranges(recording: Recording, source: str = "source/wrist") -> AnchorR
     column = np.array([names.index(n) if n in names else -1 for n in stream.receiver_names])
     place = column[np.asarray(stream.receiver)]
     mine = np.asarray(stream.source) == stream.source_names.index(source)
-    used = np.flatnonzero((place >= 0) & mine & (np.asarray(stream.confidence) > 0))
+    sure = np.asarray(stream.confidence)
+    used = np.flatnonzero((place >= 0) & mine & (sure >= least_confidence))
     time, row = np.unique(np.asarray(stream.time)[used], return_inverse=True)
     distance = np.full((len(time), len(names)), np.nan)
     distance[row, place[used]] = np.asarray(stream.distance)[used]
     at = np.array([np.asarray(body.site_pos)[body.site_index(n)] for n in names])
-    return AnchorRanges(time, distance, at, names)
+    return PulseRanges(time, distance, at, names)

@@ -13,6 +13,7 @@ from jaxtyping import Float, Int
 from mocap_jax import so3
 from mocap_jax.body import Body
 from mocap_jax.estimate.filter_tilt import tilt_update
+from mocap_jax.estimate.joint_ranges import within_ranges
 from mocap_jax.estimate.pose_manifold import pose_manifold
 from mocap_jax.kalman import (
     Dynamics,
@@ -49,6 +50,8 @@ class FilterModel(NamedTuple):
     """Leave out ranges whose receiver is behind the source at the estimated pose."""
     sigma_points: SigmaPoints | None = None
     """Of the unscented filter; None: derivatives, as in the extended one."""
+    limits: bool = False
+    """Cut beliefs off at the ranges of hinges and slides."""
 
 
 class Parameters(NamedTuple):
@@ -122,6 +125,8 @@ def filter_frame(
         return _choose(frame.valid, current, state), {}
     carry = (current, _no_innovations(branches, body, current))
     current, innovations = jax.lax.fori_loop(0, len(branches), take_in, carry)
+    if model.limits:
+        current = within_ranges(body, current)
     return _choose(frame.valid, current, state), innovations
 
 

@@ -70,6 +70,10 @@ class EkfOptions:
     """Leave out ranges whose receiver is behind the source at the estimated pose (w_a of Vlasic
     2007, section 4.1). Off where sources radiate all around, or where the data hardly tell which
     way they face."""
+    limits: bool = False
+    """Cut beliefs off at the ranges of hinges and slides (`kalman.truncate`): for joints that
+    reach their limits where measurements have two solutions, as an arm's full extension. Off, the
+    ranges count in the whole-sequence optimiser alone."""
     magnetic_north: float | None = None
     """Kind M: direction of magnetic north in the world, from X about Z [rad]; None: where the
     magnetometers have it in the pose at rest."""

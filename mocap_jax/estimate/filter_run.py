@@ -57,6 +57,7 @@ def prepare(
         options.range_gate,
         options.range_facing,
         sigma_points,
+        options.limits,
     )
     dtype = jnp.dtype(options.dtype)
     cast = lambda x: (  # noqa: E731

@@ -11,6 +11,7 @@ from mocap_jax.kalman.predict import (
 )
 from mocap_jax.kalman.smooth import smooth_pair, smooth_step
 from mocap_jax.kalman.state import State
+from mocap_jax.kalman.truncate import truncate
 from mocap_jax.kalman.unscented import (
     SigmaPoints,
     predict_unscented,
@@ -22,6 +23,6 @@ from mocap_jax.kalman.update import Innovation, apply, correct, update
 __all__ = [
     "Dynamics", "Innovation", "Manifold", "Process", "SigmaPoints", "State", "apply",
     "butterworth_rate", "correct", "predict", "predict_unscented", "process_noise", "smooth_pair",
-    "smooth_step", "transition", "unscented_moments", "update", "update_unscented",
+    "smooth_step", "transition", "truncate", "unscented_moments", "update", "update_unscented",
     "vector_space",
 ]  # fmt: skip

@@ -211,7 +211,7 @@ def _ranges(
 ) -> dict[str, np.ndarray]:
     """Distances, weights, source and receiver sites, leads: each of shape (t, k)."""
     receivers = len(stream.receiver_names) if stream is not None else 0
-    width = int(np.ceil(step / pulse_interval - 1e-9)) * receivers
+    width = int(np.ceil(step / pulse_interval - 1e-9)) * receivers * _at_once(stream)
     shape = (len(time), width)
     distance, weight, lead = np.ones(shape), np.zeros(shape), np.zeros(shape)
     source, receiver = np.zeros(shape, int), np.zeros(shape, int)
@@ -236,6 +236,14 @@ def _ranges(
     receiver[at] = receiver_site[np.asarray(stream.receiver)[chosen]]
     lead[at] = rows - position[chosen]
     return _named(distance, weight, source, receiver, lead)
+
+
+def _at_once(stream: RangeStream | None) -> int:
+    """Most sources that sounded at one time: more than one where their frequencies differ."""
+    if stream is None or not len(stream.time):
+        return 1
+    pulses = np.unique(np.stack([np.asarray(stream.time), np.asarray(stream.source)]), axis=1)
+    return int(np.unique(pulses[0], return_counts=True)[1].max())
 
 
 def _named(

@@ -21,11 +21,12 @@ from mocap_jax.motion.retarget import retarget
 from mocap_jax.motion.retarget_error import retarget_errors, retarget_table
 from mocap_jax.motion.segment_names import XSENS_SEGMENTS, xsens_name
 from mocap_jax.motion.skeleton import TIP_PREFIX
+from mocap_jax.motion.together import together
 
 __all__ = [
     "BUILTIN_MOTIONS", "JOINT_SUFFIXES", "MOTION_SUFFIXES", "SCALED_SUFFIXES",
     "SKELETON_SUFFIXES", "TIP_PREFIX", "XSENS_SEGMENTS", "Motion", "ball_jointed", "body_from_asf",
     "body_from_bvh", "builtin_motion", "cut_motion", "holds_joints", "human", "human_like",
     "load_motion", "load_skeleton", "retarget", "retarget_errors", "retarget_table",
-    "segment_lengths", "segment_tip", "with_segment_lengths", "xsens_name",
+    "segment_lengths", "segment_tip", "together", "with_segment_lengths", "xsens_name",
 ]  # fmt: skip

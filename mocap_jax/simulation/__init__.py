@@ -9,8 +9,10 @@ from mocap_jax.simulation.profiles import PROFILES, Profile
 from mocap_jax.simulation.simulate import simulate
 from mocap_jax.simulation.suit import Anchor, Mounting, Suit
 from mocap_jax.simulation.suit_file import load_suit, save_suit
+from mocap_jax.simulation.suits_together import suits_together
 
 __all__ = [
     "PROFILES", "SUITS", "VALIDATION", "Anchor", "Mounting", "Profile", "SimulationOptions", "Suit",
     "default_suit", "earth_field", "load_suit", "mount", "named_suit", "save_suit", "simulate",
+    "suits_together",
 ]  # fmt: skip

@@ -12,7 +12,15 @@ from scipy.spatial.transform import Rotation
 
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError
-from mocap_jax.motion.arm import ELBOW, SHOULDER, WRIST_SITE, arm_body
+from mocap_jax.motion.arm import (
+    ABDUCTION,
+    ELBOW,
+    ROTATION,
+    SHOULDER,
+    WRIST_SITE,
+    Shoulder,
+    arm_body,
+)
 from mocap_jax.recording import (
     NoiseFigures,
     RangeStream,
@@ -94,15 +102,15 @@ class ArmScene:
                 f"rate_hz={self.rate_hz:g}, noise={self.noise:g}: both must be above 0"
             )
 
-    def body(self, *, planar: bool = True, loose_mobile: bool = False) -> Body:
+    def body(self, *, kind: Shoulder = "planar", loose_mobile: bool = False) -> Body:
         """The arm as declared; with `loose_mobile` as it is simulated."""
         return arm_body(
             self.anchors, upper_arm=self.upper_arm, forearm=self.forearm, shoulder=self.shoulder,
-            planar=planar, loose_mobile=loose_mobile,
+            kind=kind, loose_mobile=loose_mobile,
         )  # fmt: skip
 
 
-def simulate_arm(scene: ArmScene, seed: int = 0, *, planar: bool = True) -> Recording:
+def simulate_arm(scene: ArmScene, seed: int = 0, *, kind: Shoulder = "planar") -> Recording:
     """Simulate one trial.
 
     The mobile sends a pulse `rate_hz` times a second, anchors hear it (directivity, occlusion and
@@ -112,12 +120,12 @@ def simulate_arm(scene: ArmScene, seed: int = 0, *, planar: bool = True) -> Reco
     Args:
         scene: arm, anchors, movement and errors.
         seed: of all randomness.
-        planar: which arm the recording declares (`declared` exchanges it).
+        kind: of shoulder that the recording declares (`declared` exchanges it).
 
     Returns:
         Ranges, the declared arm, and the truth: ball joint, elbow and the mobile's slides.
     """
-    actual, suit = scene.body(planar=False, loose_mobile=True), _suit(scene)
+    actual, suit = scene.body(kind="ball", loose_mobile=True), _suit(scene)
     profile = _profile(scene)
     actual, parameters = true_body(actual, suit, profile, seed)
     movement = scene.movement
@@ -145,22 +153,24 @@ def simulate_arm(scene: ArmScene, seed: int = 0, *, planar: bool = True) -> Reco
         body_xml=None,
         subject="arm",
     )
-    return declared(recording, scene, planar=planar)
+    return declared(recording, scene, kind)
 
 
-def declared(recording: Recording, scene: ArmScene, *, planar: bool) -> Recording:
-    """The recording with the planar or the spatial arm as its body, and its start pose."""
+def declared(recording: Recording, scene: ArmScene, kind: Shoulder) -> Recording:
+    """The recording with another kind of shoulder declared, and the arm's start pose."""
     assert recording.truth is not None
     first = np.asarray(recording.truth.trajectory.q)[0]
     angle = np.deg2rad(scene.movement.shoulder_deg[0])
     ball = tuple(Rotation.from_euler("y", -angle).as_quat(scalar_first=True).tolist())
     pose = {
         "root": tuple(first[:7].tolist()),
-        SHOULDER: (float(angle),) if planar else ball,
+        SHOULDER: ball if kind == "ball" else (float(angle),),
         ELBOW: (float(np.deg2rad(scene.movement.elbow_deg[0])),),
     }
+    if kind == "sagittal":
+        pose |= {ABDUCTION: (0.0,), ROTATION: (0.0,)}
     setup = dataclasses.replace(recording.setup, rest=RestHold(0.0, scene.movement.hold, pose))
-    return dataclasses.replace(recording, setup=setup, body_xml=scene.body(planar=planar).xml)
+    return dataclasses.replace(recording, setup=setup, body_xml=scene.body(kind=kind).xml)
 
 
 def _suit(scene: ArmScene) -> Suit:

@@ -58,11 +58,13 @@ def fly(
     end: float,
     pulse_interval: float,
     speed_of_sound: float,
+    frequencies: tuple[float, ...] = (),
 ) -> Flights:
     """Trace every pulse of a round robin over the sources to all microphones (see `trace`)."""
     return trace(
-        rig, spline, end=end, pulse_interval=pulse_interval, speed_of_sound=speed_of_sound
-    )[0]
+        rig, spline, end=end, pulse_interval=pulse_interval, speed_of_sound=speed_of_sound,
+        frequencies=frequencies,
+    )[0]  # fmt: skip
 
 
 def trace(
@@ -72,6 +74,7 @@ def trace(
     end: float,
     pulse_interval: float,
     speed_of_sound: float,
+    frequencies: tuple[float, ...] = (),
 ) -> tuple[Flights, Emissions]:
     """Direct paths of every pulse of a round robin over the sources, and where devices are.
 
@@ -84,13 +87,14 @@ def trace(
         end: time of the last pulse at the latest [s].
         pulse_interval: time between pulses of successive sources [s].
         speed_of_sound: the true one [m/s].
+        frequencies: of the sources [Hz]; each has a round robin of its own. Default: one for all.
     """
     count = int(np.floor(end / pulse_interval)) + 1
-    time = pulse_interval * np.arange(count)
-    source = np.arange(count) % len(rig.source_sites)
+    slot, source = _round_robins(count, frequencies or (0.0,) * len(rig.source_sites))
+    time = pulse_interval * slot
     origin, axis, outward, occluded = _emissions(rig, spline.pose(time), source)
     path = _microphone_paths(rig, spline)
-    flight = np.zeros((count, len(rig.microphone_sites)))
+    flight = np.zeros((len(slot), len(rig.microphone_sites)))
     for _ in range(_FIXED_POINT_STEPS):
         way = _at_arrival(path, np.minimum(time[:, None] + flight, spline.end)) - origin[:, None]
         distance = np.linalg.norm(way, axis=2)
@@ -98,6 +102,16 @@ def trace(
     cosine = (way * axis[:, None]).sum(axis=2) / np.maximum(distance, 1e-9)
     flights = Flights(time, source, distance, cosine, occluded)
     return flights, Emissions(origin, axis, way, outward)
+
+
+def _round_robins(count: int, frequencies: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Slot and source of every pulse in `count` slots, in order."""
+    slot = np.arange(count)
+    turns = [
+        np.flatnonzero(np.array(frequencies) == f)[slot % frequencies.count(f)]
+        for f in dict.fromkeys(frequencies)
+    ]
+    return np.repeat(slot, len(turns)), np.stack(turns, axis=1).ravel()
 
 
 def _microphone_paths(rig: Rig, spline: PoseSpline) -> BSpline:

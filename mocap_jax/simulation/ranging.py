@@ -37,8 +37,9 @@ def sample_ranges(
     # The last pulse must arrive before the motion ends.
     end = spline.end - options.max_range_m / speed - options.pulse_interval_s
     flights = fly(
-        rig, spline, end=end, pulse_interval=options.pulse_interval_s, speed_of_sound=speed
-    )
+        rig, spline, end=end, pulse_interval=options.pulse_interval_s, speed_of_sound=speed,
+        frequencies=suit.frequencies,
+    )  # fmt: skip
     offset = true_offsets(suit, profile, seed)
     parameters |= offset_parameters(suit, offset)
     heard = _detections(flights, profile, options, seed)

@@ -147,6 +147,8 @@ def declared_setup(
     }
     if performance.bridged_frames:
         facts["bridged_frames"] = performance.bridged_frames
+    if len(set(suit.frequencies)) > 1:
+        facts["source_frequencies_hz"] = ", ".join(f"{f:g}" for f in suit.frequencies)
     if suit.omitted:
         facts["suit_omitted"] = "; ".join(suit.omitted)
     rate = options.inertial_rate_hz

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 SOURCE_PREFIX = "source/"
 ANCHOR_PREFIX = "anchor/"
+BURST_HZ = 40_000.0
+"""Of ultrasonic bursts, unless something else is said (Vlasic 2007, section 3.2)."""
 
 
 @dataclass(frozen=True)
@@ -20,6 +22,8 @@ class Mounting:
     """In the segment's frame [m]."""
     orientation: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
     """R_segment_device (wxyz). z points away from the skin; of a source it is the emission axis."""
+    frequency: float = BURST_HZ
+    """Of a source's bursts [Hz]; boards, which hear all frequencies, have none."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,8 @@ class Anchor:
     """R_world_anchor (wxyz); z is the axis of emission or reception."""
     emits: bool = False
     """A source; otherwise a receiver."""
+    frequency: float = BURST_HZ
+    """Of the bursts of one that emits [Hz]."""
 
     @property
     def site(self) -> str:
@@ -64,6 +70,13 @@ class Suit:
         """Site names of the sources, in firing order; anchors come last."""
         worn = tuple(SOURCE_PREFIX + s.name for s in self.sources)
         return worn + tuple(a.site for a in self.anchors if a.emits)
+
+    @property
+    def frequencies(self) -> tuple[float, ...]:
+        """Of the bursts of all sources [Hz], as `source_sites`. Those of one frequency take turns,
+        while those of others sound: receivers tell them apart by their band-pass filters."""
+        worn = tuple(s.frequency for s in self.sources)
+        return worn + tuple(a.frequency for a in self.anchors if a.emits)
 
     @property
     def listening_anchors(self) -> tuple[str, ...]:

@@ -11,11 +11,14 @@
     segment = "T8"
     position = [0.1, 0.0, 0.05]
     orientation = [0.7071067811865476, 0.0, 0.7071067811865476, 0.0]
+    frequency = 40000.0                      # of its bursts [Hz]; those of different ones sound at
+                                             # the same time
 
     [[anchors]]                              # ultrasonic, fixed in the world
     name = "door"
     position = [1.0, 0.0, 2.0]               # in the world [m]
-    emits = false                            # a receiver (the default) or a source
+    emits = false                            # a receiver (the default) or a source, which may
+                                             # have a frequency too
 
 `layout = "default"` at the top starts from the standard suit of the body instead, or from a suit of
 `SUITS` by its name; entries of the file are then added, replacing those of the same name.
@@ -37,10 +40,18 @@ from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.motion import xsens_name
 from mocap_jax.simulation.default_suit import default_suit
 from mocap_jax.simulation.named_suits import SUITS, named_suit
-from mocap_jax.simulation.suit import ANCHOR_PREFIX, SOURCE_PREFIX, Anchor, Mounting, Suit
+from mocap_jax.simulation.suit import (
+    ANCHOR_PREFIX,
+    BURST_HZ,
+    SOURCE_PREFIX,
+    Anchor,
+    Mounting,
+    Suit,
+)
 
 _KEYS = ("name", "segment", "position", "orientation")
-_ANCHOR_KEYS = ("name", "position", "orientation", "emits")
+_SOURCE_KEYS = (*_KEYS, "frequency")
+_ANCHOR_KEYS = ("name", "position", "orientation", "emits", "frequency")
 _TABLES = ("boards", "sources", "anchors")
 _ENTRIES = (*_TABLES, "layout", "noise", "calibration")
 _LAYOUTS = ("default", *SUITS)
@@ -68,7 +79,10 @@ def load_suit(path: str | os.PathLike[str], body: Body | None = None) -> Suit:
         read = (
             [_anchor(e, where) for e, where in zip(entries, places, strict=True)]
             if table == "anchors"
-            else [_mounting(e, where, body) for e, where in zip(entries, places, strict=True)]
+            else [
+                _mounting(e, where, body, _KEYS if table == "boards" else _SOURCE_KEYS)
+                for e, where in zip(entries, places, strict=True)
+            ]
         )
         names = [m.name for m in read]
         twice = next((n for n in names if names.count(n) > 1), None)
@@ -90,6 +104,8 @@ def save_suit(path: str | os.PathLike[str], suit: Suit) -> None:
     document = {
         table: [dataclasses.asdict(device) for device in getattr(suit, table)] for table in _TABLES
     }
+    for board in document["boards"]:
+        del board["frequency"]
     Path(path).write_text(tomli_w.dumps(document), encoding="utf-8")
 
 
@@ -125,7 +141,14 @@ def _anchor(entry: dict[str, object], where: str) -> Anchor:
     if not isinstance(emits, bool):
         raise InputError(f"{where} '{name}': emits must be true or false")
     position, turn = _pose(entry, where, name)
-    return Anchor(name.removeprefix(ANCHOR_PREFIX), position, turn, emits)
+    return Anchor(name.removeprefix(ANCHOR_PREFIX), position, turn, emits, _frequency(entry, where))
+
+
+def _frequency(entry: dict[str, object], where: str) -> float:
+    value = entry.get("frequency", BURST_HZ)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < math.inf:
+        raise InputError(f"{where}: frequency must be a number above 0 [Hz]")
+    return float(value)
 
 
 def _check_keys(
@@ -139,8 +162,10 @@ def _check_keys(
             raise InputError(f"{where}: '{key}' is missing; needed are {', '.join(needed)}")
 
 
-def _mounting(entry: dict[str, object], where: str, body: Body | None) -> Mounting:
-    _check_keys(entry, where, _KEYS, ("name", "segment", "position"))
+def _mounting(
+    entry: dict[str, object], where: str, body: Body | None, keys: tuple[str, ...]
+) -> Mounting:
+    _check_keys(entry, where, keys, ("name", "segment", "position"))
     name, segment = entry["name"], entry["segment"]
     if not isinstance(name, str) or not name or not isinstance(segment, str):
         raise InputError(f"{where}: name and segment must be text")
@@ -149,7 +174,8 @@ def _mounting(entry: dict[str, object], where: str, body: Body | None) -> Mounti
         if segment not in own and segment not in {xsens_name(n) for n in own}:
             raise InputError(f"{where} '{name}': {unknown_name('segment', segment, own)}")
     position, turn = _pose(entry, where, name)
-    return Mounting(name.removeprefix(SOURCE_PREFIX), segment, position, turn)
+    frequency = _frequency(entry, where)
+    return Mounting(name.removeprefix(SOURCE_PREFIX), segment, position, turn, frequency)
 
 
 def _pose(

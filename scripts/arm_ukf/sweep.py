@@ -61,7 +61,9 @@ def report(seconds: float, figures: Path | None) -> dict[str, Any]:
         print(f"\n{group}:")
         for name, scene in members.items():
             recording = simulate_arm(scene, 0)
-            columns = {n: t.errors(recording) for n, t in track(recording, _COMPARED).items()}
+            columns = {
+                n: t.errors(recording) for n, t in track(recording, scene, _COMPARED).items()
+            }
             out[f"{group}/{name}"] = as_json(columns)
             if group == "anchor geometry":
                 geometry[name] = columns

@@ -9,28 +9,37 @@ import numpy as np
 from mocap_jax.arm import ArmErrors, ArmTrack, joint_filter, optimised, paper_tracker
 from mocap_jax.arm.errors import ROWS
 from mocap_jax.recording import Recording
+from mocap_jax.simulation.arm import ArmScene, declared
 
 PAPER = "paper's UKF"
+PLANAR = "planar UKF"
 JOINTS = "joint UKF"
+SMOOTHED = "smoothed"
 OPTIMISER = "optimiser"
 ROBUST = "robust"
-TRACKERS = (PAPER, JOINTS, OPTIMISER, ROBUST)
+TRACKERS = (PAPER, PLANAR, JOINTS, SMOOTHED, OPTIMISER, ROBUST)
 TABLE_II = ArmErrors(np.array([0.10, 0.14, 0.88, -1.51]), np.array([1.18, 2.10, 2.58, 1.78]))
 """As printed: mean difference and standard deviation in the rows of `ROWS`."""
 
 
-def track(recording: Recording, wanted: tuple[str, ...] = TRACKERS) -> dict[str, ArmTrack]:
-    """All trackers on one recording; the optimisers start from the smoothed joint UKF."""
+def track(
+    recording: Recording, scene: ArmScene, wanted: tuple[str, ...] = TRACKERS
+) -> dict[str, ArmTrack]:
+    """All trackers on the same ranges; the optimisers start from the smoothed joint UKF."""
     out: dict[str, ArmTrack] = {}
+    planar, sagittal = (declared(recording, scene, kind) for kind in ("planar", "sagittal"))
     if PAPER in wanted:
-        out[PAPER] = paper_tracker(recording)
+        out[PAPER] = paper_tracker(planar)
+    if PLANAR in wanted:
+        out[PLANAR] = joint_filter(planar)
     if JOINTS in wanted:
-        out[JOINTS] = joint_filter(recording)
-    if OPTIMISER in wanted or ROBUST in wanted:
-        start = joint_filter(recording, smooth=True)
-        for name, robust in ((OPTIMISER, False), (ROBUST, True)):
-            if name in wanted:
-                out[name] = optimised(recording, robust=robust, initial=start)
+        out[JOINTS] = joint_filter(sagittal)
+    start = joint_filter(sagittal, smooth=True)
+    if SMOOTHED in wanted:
+        out[SMOOTHED] = start
+    for name, robust in ((OPTIMISER, False), (ROBUST, True)):
+        if name in wanted:
+            out[name] = optimised(sagittal, robust=robust, initial=start)
     for name, found in out.items():
         if found.solution is not None and not found.solution.status.ok:
             print(f"  {name}: {found.solution.status.value}")

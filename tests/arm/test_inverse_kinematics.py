@@ -20,6 +20,20 @@ def _wrist(angles: np.ndarray) -> np.ndarray:
     ], axis=1)  # fmt: skip
 
 
+def test_an_elbow_that_bends_one_way_stays_on_its_side() -> None:
+    """Out of full extension the nearer branch is a matter of noise."""
+    angle, shoulder = np.deg2rad([5.0, 0.1, 8.0]), np.deg2rad([-80.0, -79.9, -88.0])
+    wrist = np.stack([
+        0.3 * np.cos(shoulder) + 0.25 * np.cos(shoulder + angle),
+        0.3 * np.sin(shoulder) + 0.25 * np.sin(shoulder + angle),
+    ], axis=1)  # fmt: skip
+    found = planar_angles(wrist, (0.3, 0.25), one_way=True)
+    np.testing.assert_allclose(found.elbow, angle, atol=1e-6)
+    np.testing.assert_allclose(found.shoulder, shoulder, atol=1e-6)
+    # The mirror image is nearer here.
+    assert planar_angles(wrist, (0.3, 0.25)).elbow[-1] < 0
+
+
 def test_forward_is_plain_geometry() -> None:
     angles = np.array([-1.2, 0.7])
     T = np.asarray(forward(angles, LENGTHS))

@@ -71,7 +71,7 @@ def test_outliers_hardly_reach_the_robust_optimum(trial: Recording, smoothed) ->
 
 
 def test_the_swivel_of_a_spatial_arm_is_said_to_be_undetermined(trial: Recording) -> None:
-    spatial = joint_filter(declared(trial, CLEAN, planar=False))
+    spatial = joint_filter(declared(trial, CLEAN, "ball"))
     assert any("does not determine the swivel" in text for text in spatial.remarks)
     assert not any("swivel" in text for text in joint_filter(trial).remarks)
 
@@ -79,7 +79,7 @@ def test_the_swivel_of_a_spatial_arm_is_said_to_be_undetermined(trial: Recording
 @pytest.mark.parametrize("planar", [True, False])
 def test_the_mirror_image_has_the_same_wrist(trial: Recording, smoothed, planar: bool) -> None:
     solution = smoothed.solution
-    body = CLEAN.body(planar=planar)
+    body = CLEAN.body(kind="planar" if planar else "ball")
     topology = body.topology
     rng = np.random.default_rng(0)
     q = np.tile(np.asarray(body.qpos0), (20, 1))
@@ -98,6 +98,26 @@ def test_the_mirror_image_has_the_same_wrist(trial: Recording, smoothed, planar:
     np.testing.assert_allclose(found[:, -1], -q[:, -1])
     assert np.abs(arm_points(body, found).elbow - arm_points(body, q).elbow).max() > 0.01
     assert (np.linalg.eigvalsh(right.covariance) > 0).all()
+
+
+def test_an_arm_that_leaves_its_plane_and_stretches_is_not_lost() -> None:
+    """Full extension has two arms for every wrist, and 4 degrees of abduction centimetres."""
+    scene = ArmScene(movement=ArmMovement(seconds=9.0))
+    paper = paper_tracker(recording := simulate_arm(scene, seed=0)).errors(recording)
+    sagittal = declared(recording, scene, "sagittal")
+    errors = joint_filter(sagittal).errors(recording)
+    assert (errors.std < [1.18, 2.10, 2.58, 1.78]).all()
+    assert (errors.std < 0.8 * paper.std).all()
+
+
+def test_an_unsure_detection_is_none_for_the_paper_s_filter(trial: Recording) -> None:
+    confidence = np.array(trial.ranges.confidence)
+    confidence[7] = 0.4
+    doubted = dataclasses.replace(
+        trial, ranges=dataclasses.replace(trial.ranges, confidence=confidence)
+    )
+    found, all_of_it = anchor_ranges(doubted).distance, anchor_ranges(doubted, least_confidence=0.3)
+    assert np.isnan(found).sum() == np.isnan(all_of_it.distance).sum() + 1
 
 
 def test_truth_is_the_wrist_without_the_loose_mobile() -> None:

@@ -102,11 +102,11 @@ SETTINGS = {
     "converting": opensense, "opensim": opensense,
     "README": demo, "uncertainty": demo, "self_calibration": demo, "derivatives": demo,
     "sparse_inertial_poser": nothing, "broad": broad, "mounting": qmt, "full_body_imu": qmt,
-    "joints": rig,
+    "joints": rig, "anchors": nothing,
 }  # fmt: skip
 SLOW = {
     "README", "uncertainty", "self_calibration", "derivatives", "sparse_inertial_poser", "broad",
-    "mounting", "full_body_imu", "joints",
+    "mounting", "full_body_imu", "joints", "anchors",
 }  # fmt: skip
 
 

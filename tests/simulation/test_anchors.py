@@ -86,7 +86,13 @@ def test_thermometers_and_survey_err_as_stated(motion, suit) -> None:
 
 
 def test_set_up_file_round_trip(anchored: Suit, tmp_path: Path) -> None:
-    upright = replace(anchored, boards=anchored.boards[:1])
+    upright = replace(
+        anchored,
+        boards=anchored.boards[:1],
+        sources=(replace(anchored.sources[0], frequency=33_000.0),),
+        anchors=(EAR, replace(LAMP, frequency=25_500.0)),
+    )
+    assert upright.frequencies == (33_000.0, 25_500.0)
     save_suit(tmp_path / "suit.toml", upright)
     assert load_suit(tmp_path / "suit.toml") == upright
 
@@ -99,6 +105,12 @@ def test_wrong_anchors(suit: Suit, motion, tmp_path: Path) -> None:
         load_suit(file)
     file.write_text(board + '[[anchors]]\nname="x"\nposition=[0,0,0]\nemits=1\n')
     with pytest.raises(InputError, match="emits must be true or false"):
+        load_suit(file)
+    file.write_text(board + '[[anchors]]\nname="x"\nposition=[0,0,0]\nfrequency=0\n')
+    with pytest.raises(InputError, match="frequency must be a number above 0"):
+        load_suit(file)
+    file.write_text(board + "frequency=40000\n")
+    with pytest.raises(InputError, match="unknown key 'frequency'; valid: name, segment"):
         load_suit(file)
     with pytest.raises(InputError, match="'anchor/ear' exists already"):
         simulate(motion, suit=replace(suit, anchors=(EAR, EAR)))

@@ -17,6 +17,8 @@ from mocap_jax.recording import Setup
 
 # The frame-by-frame root hold of a still person during the declared rest [m], [rad].
 _STILL = 0.005
+# How far the root may be from its declared place where anchors tell [m], [rad].
+_GUESS = 1.0, 0.3
 
 
 def rest_frames(data: FrameData, setup: Setup) -> np.ndarray:
@@ -83,6 +85,7 @@ def references(
         information[0, rest[:, None], joints] = 1 / (prior.rest_sigma**2 * len(rest))
     information[1][:, joints] = float(data.step) / prior.pose_sigma**2
     information[1][:, usual] = 0.0
+    information[1][:, _further_roots(body)] = 0.0
     floating = floating_dofs(body)
     information[0][:, floating] = 0.0
     information[1][:, floating] = float(data.step) / _skin(prior).size
@@ -93,7 +96,27 @@ def references(
     else:
         still = rest if len(rest) else np.arange(2)
         information[0][np.ix_(still, np.arange(6))] = 1 / _STILL**2
+        if _hears_anchors(data, body):
+            # Where in the room the person stands is measured: the declaration is a guess.
+            information[0][still, :3] = 1 / (_GUESS[0] ** 2 * len(still))
+            information[0][still, 3:6] = 1 / (_GUESS[1] ** 2 * len(still))
     return reference, information
+
+
+def _hears_anchors(data: FrameData, body: Body) -> bool:
+    """Whether there are ranges to devices that are fixed in the world."""
+    fixed = np.array(body.topology.site_body) == 0
+    at = np.asarray(data.range_weight) > 0
+    return any(fixed[np.asarray(s)[at]].any() for s in (data.range_source, data.range_receiver))
+
+
+def _further_roots(body: Body) -> np.ndarray:
+    """Coordinates of other people's roots (nv,), which have no usual place."""
+    topology, out = body.topology, np.zeros(body.nv, bool)
+    for kind, first in list(zip(topology.joint_types, topology.joint_dof, strict=True))[1:]:
+        if kind == "free":
+            out[first : first + 6] = True
+    return out
 
 
 def _put_root(

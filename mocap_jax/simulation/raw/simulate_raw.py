@@ -39,7 +39,7 @@ from mocap_jax.simulation.raw.sound import SoundField
 from mocap_jax.simulation.raw.transducer import SAMPLE_RATE_HZ
 from mocap_jax.simulation.root_pose import sample_root
 from mocap_jax.simulation.stage import Stage, declared_setup, set_stage
-from mocap_jax.simulation.suit import Suit
+from mocap_jax.simulation.suit import BURST_HZ, Suit
 
 _QUALITY = 20.0
 
@@ -157,6 +157,12 @@ def simulate_raw(
         )
     if not stage.suit.sources:
         raise InputError("the suit has no ultrasonic sources; a raw recording needs at least one")
+    other = next((f for f in stage.suit.frequencies if f != BURST_HZ), None)
+    if other is not None:
+        raise InputError(
+            f"a source of {other:g} Hz: raw waveforms and their decoder have bursts of "
+            f"{BURST_HZ:g} Hz only; simulate other frequencies without the raw waveform"
+        )
     time = sample_times(stage.duration, options.inertial_rate_hz)
     exact = replace(errs, white=False, loss=0.0, clock_offset=0.0)
     means, more = sample_inertial(stage.rig, stage.spline, stage.boards, time, exact, seed)
@@ -199,7 +205,7 @@ def _assembled(
     excess = offset + [setup.calibration.offset_of(s) for s in stage.suit.source_sites]
     field = SoundField(
         flights.time, flights.source, paths, speed, excess / options.speed_of_sound,
-        [(40_000.0 + d, _QUALITY) for d in detuned],
+        [(BURST_HZ + d, _QUALITY) for d in detuned],
     )  # fmt: skip
     time = sample_times(stage.duration, options.inertial_rate_hz)
     parameters = parameters | offset_parameters(stage.suit, offset)
