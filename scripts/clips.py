@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 _ROOT = Path(__file__).resolve().parents[1]
+CLIP_SUFFIXES = (".amc", ".bvh")
+"""Of the CMU clips."""
 # Facts about the clips that their files do not state or state wrongly (the database's index).
 TRUE_RATE = {"60_13_salsa_60Hz.bvh": 60.0}
 
@@ -20,13 +22,13 @@ def folder() -> Path:
 
 def all_clips() -> list[str]:
     """All CMU clips; exits where there are none."""
-    clips = sorted(str(f) for f in folder().glob("*") if f.suffix in (".amc", ".bvh"))
+    clips = sorted(str(f) for f in folder().glob("*") if f.suffix in CLIP_SUFFIXES)
     if not clips:
         sys.exit(f"no clips in {folder()}; set MOCAP_JAX_DATA or name the clips")
     return clips
 
 
-def chosen_clips(value: str, suffixes: tuple[str, ...] = (".amc", ".bvh")) -> list[str]:
+def chosen_clips(value: str, suffixes: tuple[str, ...] = CLIP_SUFFIXES) -> list[str]:
     """Type of an argument: built-in motions, files, or CMU clips by name, after commas.
 
     Args:
