@@ -87,8 +87,8 @@ def paper_tracker(recording: Recording, options: WristFilterOptions | None = Non
 
 
 JERK_DENSITY = 300.0
-"""Of joint angles in flexion and extension [rad^2/s^5]: the smallest elbow error of 30 to 1000 in a
-trial that is used for nothing else (`scripts/reproduce_arm_ukf --tune`). What people do beside
+"""Of joint angles in flexion and extension [rad^2/s^5]: beyond it the elbow's error falls no
+further in a trial used for nothing else (`scripts/reproduce_arm_ukf --tune`). What people do beside
 (`EkfOptions.joint_jerk_density`) is thirty times as lively."""
 LOOSE_MOBILE = 0.005
 """What a mobile that is loose on the wrist adds to the noise of ranges [m]. A filter takes it for
