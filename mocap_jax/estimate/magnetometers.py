@@ -128,7 +128,7 @@ def _check(recording: Recording) -> None:
     if _worn(recording):
         return
     strays = ", ".join(_strays(recording))
-    of = f" (only of {strays}, which are none: no /inertial/<sensor>)" if strays else ""
+    of = f" (only of {strays}, which have no /inertial/<sensor>)" if strays else ""
     raise InputError(
         f"kind M: the recording has no magnetic streams (/magnetic/<sensor>) of its sensors{of}; "
         f"valid kinds: {', '.join(measured_kinds(recording)) or '(none)'}"
