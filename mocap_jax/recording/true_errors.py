@@ -27,7 +27,8 @@ def with_true_errors(truth: Truth | None, old: Calibration, new: Calibration) ->
     told = {k: v for k, v in truth.parameters.items() if k.startswith(_OFFSET)}
     out: Told = {}
     for key, offset in told.items():
-        site = f"source/{key.removeprefix(_OFFSET)}"
+        name = key.removeprefix(_OFFSET)
+        site = name if name.startswith("anchor/") else f"source/{name}"
         out[key] = np.asarray(offset) + old.offset_of(site) - new.offset_of(site)
     for kind in _KINDS:
         before, after = getattr(old, kind), getattr(new, kind)

@@ -124,6 +124,16 @@ def test_true_errors_are_told_for_the_readings_as_they_are_corrected(true, read)
         np.testing.assert_allclose(excess[1::2], now["source_offset/b"], atol=1e-12)
 
 
+@pytest.mark.parametrize("named", ["wall", "anchor/wall"])
+def test_true_offsets_of_anchors_are_told_too(read, named: str) -> None:
+    told = {"source_offset/anchor/wall": np.array(0.015)}
+    truth = Truth(Trajectory(np.arange(2.0), np.zeros((2, 1))), "<mujoco/>", told)
+    newer = Calibration(source_offset={named: SourceOffset(0.01)})
+    out = with_calibration(replace(read, setup=Setup(), truth=truth), newer).truth.parameters
+    assert set(out) == set(told)
+    np.testing.assert_allclose(out["source_offset/anchor/wall"], 0.005, atol=1e-12)
+
+
 @pytest.mark.parametrize("names", [("a", "b"), ("source/a", "b"), ("a", "source/b")])
 def test_offsets_may_leave_out_the_prefix_of_the_site(true, read, names) -> None:
     named = replace(read.setup.calibration, source_offset={names[1]: SourceOffset(0.02)})
