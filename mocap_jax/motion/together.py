@@ -14,11 +14,14 @@ from mocap_jax.body import Body, load_body
 from mocap_jax.body.mjcf_text import numbers
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.motion.motion import Motion
+from mocap_jax.motion.skeleton import TIP_PREFIX
 from mocap_jax.trajectory import Trajectory
 
 _TAKEN = ("compiler", "default", "custom", "worldbody", "option", "size", "statistic", "visual")
 # Elements whose settings hold for the whole model: they must be the same.
 _COMMON = ("compiler", "default", "option")
+# First words of names that say of what kind something is; the owner comes after them.
+_SITE_KINDS = ("anchor/", "source/")
 
 
 Place = tuple[float, float, float]
@@ -27,8 +30,9 @@ Place = tuple[float, float, float]
 def together(motions: Mapping[str, Motion], places: Mapping[str, Place] | None = None) -> Motion:
     """One motion of several people.
 
-    Bodies, joints, sites and shapes get their owner's name in front (`a/Pelvis`). Everybody stands,
-    at the reference pose, upright where the own clip starts. Clips are cut to the shortest.
+    Bodies, joints, sites, shapes and custom numbers get their owner's name in front (`a/Pelvis`;
+    `anchor/a/door`, `source/a/hat` and `tip/a/Head`, whose first words stay first). Everybody
+    stands, at the reference pose, upright where the own clip starts. Clips are cut to the shortest.
 
     Args:
         motions: by the names of the people, with the same frame rate; bodies without meshes,
@@ -37,9 +41,9 @@ def together(motions: Mapping[str, Motion], places: Mapping[str, Place] | None =
             world's z axis [rad].
 
     Raises:
-        InputError: fewer than two people, a name that cannot be a prefix, a place for nobody,
-            different rates or model-wide settings, or a body that is more than segments, joints,
-            shapes and sites.
+        InputError: fewer than two people, a name that cannot be a prefix, a place for nobody, a
+            clip of one frame, different rates or model-wide settings, or a body that is more than
+            segments, joints, shapes, sites and custom numbers.
     """
     places = places or {}
     for name in places:
@@ -52,6 +56,12 @@ def together(motions: Mapping[str, Motion], places: Mapping[str, Place] | None =
             raise InputError(f"together: '{name}' cannot be a prefix: a name without '/' is needed")
     motions = {name: _moved(m, places.get(name, (0.0, 0.0, 0.0))) for name, m in motions.items()}
     times = {name: np.asarray(m.trajectory.time) for name, m in motions.items()}
+    for name, t in times.items():
+        if len(t) < 2:
+            raise InputError(
+                f"together: the motion of '{name}' has {len(t)} frame{'s' * (len(t) != 1)}; at "
+                "least two are needed"
+            )
     steps = {name: float(t[-1] - t[0]) / (len(t) - 1) for name, t in times.items()}
     if max(steps.values()) > 1.0001 * min(steps.values()):
         rates = ", ".join(f"{name} {1 / step:.6g} Hz" for name, step in steps.items())
@@ -97,6 +107,7 @@ def _document(trees: dict[str, ElementTree.Element]) -> str:
     """One MJCF text of all, names prefixed."""
     out = ElementTree.Element("mujoco", model="people")
     world = ElementTree.Element("worldbody")
+    custom = ElementTree.Element("custom")
     common: dict[str, bytes] = {}
     for person, tree in trees.items():
         for part in tree:
@@ -110,10 +121,33 @@ def _document(trees: dict[str, ElementTree.Element]) -> str:
                 if common.setdefault(part.tag, text) != text:
                     raise InputError(f"together: <{part.tag}> of '{person}' differs from the rest")
         for element in tree.findall("worldbody//*[@name]"):
-            element.set("name", f"{person}/{element.get('name')}")
+            kinds = _SITE_KINDS if element.tag == "site" else ()
+            element.set("name", _owned(person, element.get("name", ""), kinds))
+        custom.extend(_custom(person, tree))
         own = tree.find("worldbody")
         assert own is not None  # every body has one
         world.extend(own)
     out.extend(ElementTree.fromstring(text) for text in common.values())
+    if len(custom):
+        out.append(custom)
     out.append(world)
     return ElementTree.tostring(out, encoding="unicode")
+
+
+def _custom(person: str, tree: ElementTree.Element) -> list[ElementTree.Element]:
+    """Custom elements of a person, their names prefixed."""
+    found = tree.findall("custom/*")
+    for element in found:
+        if element.tag != "numeric":
+            raise InputError(
+                f"together: the body of '{person}' has <custom> <{element.tag}>; only <numeric> "
+                "can be put together"
+            )
+        element.set("name", _owned(person, element.get("name", ""), (TIP_PREFIX,)))
+    return found
+
+
+def _owned(person: str, name: str, kinds: tuple[str, ...]) -> str:
+    """The name with its owner in front, after the word for its kind where it begins with one."""
+    kind = next((k for k in kinds if name.startswith(k)), "")
+    return f"{kind}{person}/{name.removeprefix(kind)}"

@@ -30,7 +30,7 @@ def true_body(nominal: Body, suit: Suit, profile: Profile, seed: int) -> tuple[B
     """
     lengths = stream(seed, "segment_length")
     names = nominal.topology.body_names[1:]
-    pairs = {n: n.removeprefix("Left").removeprefix("Right") for n in names}
+    pairs = {n: _without_side(n) for n in names}
     factor_of = {
         p: 1.0 + profile.segment_length * float(np.clip(lengths.standard_normal(), -2.5, 2.5))
         for p in dict.fromkeys(pairs.values())
@@ -60,6 +60,12 @@ def true_body(nominal: Body, suit: Suit, profile: Profile, seed: int) -> tuple[B
     if unchanged:
         return nominal, parameters
     return load_body(ElementTree.tostring(tree, encoding="unicode")), parameters
+
+
+def _without_side(segment: str) -> str:
+    """What both sides of one person share: `a/UpperLeg` of `a/LeftUpperLeg`."""
+    owner, slash, name = segment.rpartition("/")
+    return owner + slash + name.removeprefix("Left").removeprefix("Right")
 
 
 def _scale_segment(element: ElementTree.Element, factor: float) -> None:

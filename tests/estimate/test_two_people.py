@@ -15,7 +15,7 @@ from mocap_jax.errors import InputError
 from mocap_jax.measurement import gather
 from mocap_jax.motion import Motion, human, together
 from mocap_jax.recording import RangeStream, Recording
-from mocap_jax.simulation import simulate, suits_together
+from mocap_jax.simulation import Anchor, mount, simulate, suits_together
 from mocap_jax.simulation.raw import simulate_raw
 from mocap_jax.trajectory import Trajectory
 
@@ -74,6 +74,16 @@ def test_bodies_keep_their_places_under_prefixed_names(pair: Motion) -> None:
     assert feet == ["x/LeftFoot", "y/LeftFoot"] and two.nq == tall.body.nq + small.body.nq
 
 
+def test_devices_of_bodies_are_named_like_those_of_suits() -> None:
+    one = wanderer(1.0)
+    suit = replace(worn(), anchors=(Anchor("door", (1.0, 0.0, 2.0)),))
+    dressed = replace(one, body=mount(one.body, suit))
+    sites = together({"a": dressed, "b": dressed}).body.topology.site_names
+    bare, both = together({"a": one, "b": one}).body, suits_together({"a": suit, "b": suit})
+    assert set(sites) == set(mount(bare, both).topology.site_names)
+    assert {"anchor/a/door", "anchor/b/door", "a/trunk"} <= set(sites)
+
+
 def _still(body: mj.Body) -> Motion:
     poses = np.tile(np.asarray(body.qpos0), (120, 1))
     return Motion("still", body, Trajectory(np.arange(120) / 120, poses))
@@ -119,11 +129,19 @@ def test_wrong_people(pair: Motion) -> None:
         together({"a/b": one, "c": one})
     with pytest.raises(InputError, match="unknown person 'c'; valid: a, b"):
         together({"a": one, "b": one}, {"c": (0.0, 0.0, 0.0)})
+    short = replace(one, trajectory=Trajectory(one.trajectory.time[:1], one.trajectory.q[:1]))
+    with pytest.raises(InputError, match="motion of 'b' has 1 frame; at least two"):
+        together({"a": one, "b": short})
     slow = replace(one, trajectory=Trajectory(2 * one.trajectory.time, one.trajectory.q))
     with pytest.raises(InputError, match="frame rates differ: a 120 Hz, b 60 Hz"):
         together({"a": one, "b": slow})
     xml = one.body.xml.replace("</worldbody>", "</worldbody><asset/>")
     with pytest.raises(InputError, match="'b' has <asset>"):
+        together({"a": one, "b": replace(one, body=load_body(xml))})
+    xml = one.body.xml.replace(
+        "</worldbody>", "</worldbody><custom><text name='t' data='x'/></custom>"
+    )
+    with pytest.raises(InputError, match="'b' has <custom> <text>; only <numeric>"):
         together({"a": one, "b": replace(one, body=load_body(xml))})
     with pytest.raises(InputError, match="33000 Hz: raw waveforms"):
         simulate_raw(pair, suit=suits_together({"a": worn(), "b": worn(33_000.0)}))
