@@ -32,7 +32,8 @@ def wear(recording: Recording, body: Body) -> tuple[Recording, Body]:
     - on any other body, such as one of `load_skeleton`, they keep their orientation in the world
       in the declared rest pose (`initialise.worn_in_rest_pose`).
 
-    The truth of a simulated recording is told from the new body as far as it can be.
+    Anchors stay where they stand in the world. The truth of a simulated recording is told
+    from the new body as far as it can be.
 
     Args:
         recording: any.
@@ -66,6 +67,7 @@ def _moved(
             f"neither body has a site for {', '.join(lost)}; sites of the recording's own: "
             f"{', '.join(own.topology.site_names)}"
         )
+    _check_standing(own, missing)
     lengths = _lengths(own), _lengths(body)
     if lengths[0] is None or lengths[1] is None or not _same_frames(own, body):
         try:
@@ -77,6 +79,18 @@ def _moved(
                 f"for each sensor ({', '.join(missing[:3])}{', ...' if len(missing) > 3 else ''})"
             ) from error
     return recording, _with_sites(own, body, missing, (lengths[0], lengths[1]))
+
+
+def _check_standing(own: Body, names: list[str]) -> None:
+    """What is fixed in the world is to be an anchor."""
+    from mocap_jax.simulation.suit import ANCHOR_PREFIX
+
+    for name in names:
+        if own.topology.site_body[own.site_index(name)] == 0 and not name.startswith(ANCHOR_PREFIX):
+            raise InputError(
+                f"site '{name}' of the recording's body is on no segment but in the world; valid: "
+                f"sites on segments, and anchors ('{ANCHOR_PREFIX}...')"
+            )
 
 
 def _lengths(body: Body) -> dict[str, float] | None:
@@ -117,12 +131,17 @@ def _with_sites(
 ) -> Body:
     """The body with these sites of the other one, at the same shares of their segments."""
     from mocap_jax.simulation import Mounting, Suit, mount
+    from mocap_jax.simulation.mounting import standing_anchors
     from mocap_jax.simulation.suit import SOURCE_PREFIX
 
     topology, (usual, longer) = own.topology, lengths
     boards: list[Mounting] = []
     sources: list[Mounting] = []
+    anchors = standing_anchors(own, names)
+    standing = {anchor.site for anchor in anchors}
     for name in names:
+        if name in standing:
+            continue
         i = own.site_index(name)
         segment = topology.body_names[topology.site_body[i]]
         share = longer[segment] / usual[segment] if segment in usual else 1.0
@@ -132,4 +151,4 @@ def _with_sites(
             tuple(float(x) for x in own.site_quat[i]),  # type: ignore[arg-type]
         )  # fmt: skip
         (sources if name.startswith(SOURCE_PREFIX) else boards).append(device)
-    return mount(body, Suit(tuple(boards), tuple(sources)))
+    return mount(body, Suit(tuple(boards), tuple(sources), anchors=anchors))

@@ -21,7 +21,7 @@ def worn_in_rest_pose(recording: Recording, body: Body) -> tuple[Recording, Body
 
     The declared rest pose is retargeted. In it every board keeps its orientation in the world, and
     its offset from the joint of its segment, scaled by leg length. Sites that the body has already
-    stay.
+    stay. Anchors stand in the world where they stood.
 
     Args:
         recording: with its own body, whose sites carry the boards.
@@ -35,6 +35,7 @@ def worn_in_rest_pose(recording: Recording, body: Body) -> tuple[Recording, Body
             not correspond.
     """
     from mocap_jax.simulation import Mounting, Suit, mount  # slow to load
+    from mocap_jax.simulation.mounting import standing_anchors
     from mocap_jax.simulation.suit import SOURCE_PREFIX
 
     if recording.body_xml is None:
@@ -48,7 +49,7 @@ def worn_in_rest_pose(recording: Recording, body: Body) -> tuple[Recording, Body
     sources: list[Mounting] = []
     for site, device in enumerate(own.topology.site_names):
         old = own.topology.site_body[site]
-        if old == 0 or device in body.topology.site_names:  # an anchor in the room, or there
+        if old == 0 or device in body.topology.site_names:  # in the room, or there
             continue
         name = xsens_name(own.topology.body_names[old])
         if name not in segments:
@@ -64,7 +65,9 @@ def worn_in_rest_pose(recording: Recording, body: Body) -> tuple[Recording, Body
                 tuple(position.tolist()), tuple(orientation.tolist()),
             )
         )  # fmt: skip
-    carrier = mount(body, Suit(tuple(boards), tuple(sources)))
+    more = [name for name in own.topology.site_names if name not in body.topology.site_names]
+    suit = Suit(tuple(boards), tuple(sources), anchors=standing_anchors(own, more))
+    carrier = mount(body, suit)
     rest = recording.setup.rest
     if rest is not None:
         rest = RestHold(rest.start, rest.end, carrier.topology.by_joint(q))

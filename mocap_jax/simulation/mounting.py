@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from xml.etree import ElementTree
 
 import numpy as np
@@ -10,7 +11,7 @@ from mocap_jax.body import Body, load_body
 from mocap_jax.body.mjcf_text import numbers
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.motion import xsens_name
-from mocap_jax.simulation.suit import SOURCE_PREFIX, Anchor, Mounting, Suit
+from mocap_jax.simulation.suit import ANCHOR_PREFIX, SOURCE_PREFIX, Anchor, Mounting, Suit
 
 # Radius of a capsule made for a bare segment, as a share of its length, and its bounds [m].
 _SLENDERNESS, _THINNEST, _THICKEST = 0.15, 0.02, 0.10
@@ -36,6 +37,21 @@ def mount(body: Body, suit: Suit) -> Body:
     for anchor in suit.anchors:
         _place_site(world, anchor, anchor.site, taken)
     return load_body(ElementTree.tostring(tree, encoding="unicode"))
+
+
+def standing_anchors(body: Body, sites: Iterable[str]) -> tuple[Anchor, ...]:
+    """The anchors among these sites of a body: what stands in the world and is named so.
+
+    Whether one emits, and at which frequency, a site does not tell.
+    """
+    found = []
+    for site in sites:
+        i = body.site_index(site)
+        if body.topology.site_body[i] == 0 and site.startswith(ANCHOR_PREFIX):
+            position, quat = np.asarray(body.site_pos)[i], np.asarray(body.site_quat)[i]
+            name = site.removeprefix(ANCHOR_PREFIX)
+            found.append(Anchor(name, tuple(position.tolist()), tuple(quat.tolist())))
+    return tuple(found)
 
 
 def with_shapes(body: Body) -> Body:

@@ -20,7 +20,9 @@ from mocap_jax.recording import (
     Setup,
     Truth,
 )
-from mocap_jax.simulation import Mounting, Suit, mount
+from mocap_jax.simulation import Anchor, Mounting, Suit, mount
+from mocap_jax.simulation.profiles import PROFILES
+from mocap_jax.simulation.true_body import true_body
 from mocap_jax.trajectory import Trajectory
 
 TURNED = (0.5, 0.5, 0.5, 0.5)
@@ -67,6 +69,30 @@ def test_the_same_share_of_every_segment():
     validate_recording(worn)
 
 
+def test_anchors_stay_where_they_stand():
+    half = float(np.sqrt(0.5))
+    door = Anchor("door", (1.0, 2.0, 2.5), (half, half, 0.0, 0.0), emits=True)
+    one, whole = np.ones(50), dataclasses.replace(SUIT, anchors=(door,))
+    ranges = RangeStream(
+        one.cumsum(), 0 * one.astype(int), 0 * one.astype(int), one, one,
+        ("anchor/door", "source/belly"), ("chest",),
+    )  # fmt: skip
+    made = dataclasses.replace(recording(mount(human(), whole).xml), ranges=ranges)
+    worn, body = wear(made, human(1.6))
+    i = body.site_index("anchor/door")
+    assert body.topology.site_body[i] == 0
+    np.testing.assert_allclose(body.site_pos[i], door.position)
+    np.testing.assert_allclose(body.site_quat[i], door.orientation)
+    assert body.topology.site_body[body.site_index("source/belly")] > 0
+    validate_recording(worn)
+
+
+def test_a_sensor_in_the_world_that_is_no_anchor_is_refused():
+    xml = mount(human(), SUIT).xml.replace("<worldbody>", '<worldbody><site name="lamp"/>')
+    with pytest.raises(InputError, match="'lamp' of the recording's body is on no segment"):
+        wear(recording(xml, ("lamp",)), human(1.6))
+
+
 def test_without_a_body_the_provenance_says_where():
     plain = recording(None, ("s1", "Head"), **{"segment/s1": "RightLowerLeg"})
     worn, _ = wear(plain, human(1.6))
@@ -95,6 +121,22 @@ def test_the_truth_is_told_from_the_new_body():
     worn, _ = wear(dataclasses.replace(made, truth=truth), human(1.6))
     np.testing.assert_allclose(worn.truth.parameters["mounting_rotation/thigh"], 0.0, atol=1e-12)
     assert float(worn.truth.parameters["speed_of_sound"]) == 340.0
+
+
+def test_scales_of_the_truth_are_told_from_the_new_body():
+    nominal, tall = mount(human(), SUIT), human(1.9, 80.0, None, {"UpperLeg": 0.55})
+    true, told = true_body(nominal, SUIT, PROFILES["field"], seed=2)
+    truth = Truth(Trajectory(np.arange(2.0), np.zeros((2, 1))), true.xml, told)
+    made = dataclasses.replace(recording(nominal.xml), truth=truth)
+    worn, body = wear(dataclasses.replace(made, setup=recording(None).setup), tall)
+    now = worn.truth.parameters
+    lengths, actual = segment_lengths(tall), segment_lengths(true)
+    for name, length in lengths.items():
+        assert now[f"segment_scale/{name}"] == pytest.approx(actual[name] / length, rel=1e-9)
+    for site, segment in (("thigh", "LeftUpperLeg"), ("chest", "T8")):
+        place = float(now[f"segment_scale/{segment}"]) * body.site_pos[body.site_index(site)]
+        there = true.site_pos[true.site_index(site)]
+        np.testing.assert_allclose(place + now[f"mounting_position/{site}"], there, atol=1e-12)
 
 
 def test_what_cannot_be_told_is_refused():

@@ -99,6 +99,30 @@ def test_what_another_body_cannot_tell_is_left_out(recording) -> None:
     told = with_true_mounting(recording.truth, mj.load_body(other)).parameters
     assert "mounting_rotation/lower" in told and "mounting_rotation/upper" not in told
     assert "mounting_position/upper" not in told
+    assert "segment_scale/arm" in told
     kept = {k for k in recording.truth.parameters if not k.startswith("mounting_")}
     assert kept <= set(told)
     assert with_true_mounting(None, mj.load_body(other)) is None
+
+
+def test_scales_follow_the_nominal_body(recording) -> None:
+    """Of a body of twice the trunk they are half; of one of another shape nothing is told."""
+    before = recording.truth.parameters
+    larger = mj.load_body(recording.body_xml.replace('pos="0 0 .3"', 'pos="0 0 .6"'))
+    told = with_true_mounting(recording.truth, larger).parameters
+    half = 0.5 * np.asarray(before["segment_scale/trunk"])
+    np.testing.assert_allclose(told["segment_scale/trunk"], half, rtol=1e-9)
+    assert told["segment_scale/arm"] is before["segment_scale/arm"]
+    bent = mj.load_body(recording.body_xml.replace('pos="0 0 .3"', 'pos="0 .1 .3"'))
+    told = with_true_mounting(recording.truth, bent).parameters
+    assert "segment_scale/trunk" not in told and "segment_scale/arm" in told
+
+
+def test_without_scales_nominal_places_are_those_of_true_lengths(recording) -> None:
+    truth, body = recording.truth, mj.load_body(recording.body_xml)
+    bare = {k: v for k, v in truth.parameters.items() if not k.startswith("segment_scale/")}
+    told = with_true_mounting(dataclasses.replace(truth, parameters=bare), body).parameters
+    true = mj.load_body(truth.body_xml)
+    for name in SEGMENTS:
+        away = site(true, name)[0] - site(body, name)[0]
+        np.testing.assert_allclose(told[f"mounting_position/{name}"], away, atol=1e-12)

@@ -13,7 +13,7 @@ import mocap_jax as mj
 from mocap_jax.errors import InputError
 from mocap_jax.initialise import declared_pose, worn_in_rest_pose
 from mocap_jax.metrics.align import align
-from mocap_jax.simulation import named_suit
+from mocap_jax.simulation import Anchor, Suit, mount, named_suit
 
 
 def sites(body: mj.Body, q: np.ndarray) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -69,6 +69,16 @@ def test_boards_keep_their_orientation_in_the_rest_pose(recording, skeleton):
     for name, (place, orientation) in before.items():
         np.testing.assert_allclose(after[name][1], orientation, atol=0.02, err_msg=name)
         np.testing.assert_allclose(after[name][0], 1.6 / 1.75 * place, atol=0.003, err_msg=name)
+
+
+def test_anchors_stand_where_they_stood(recording, skeleton):
+    ear = Anchor("ear", (1.0, 2.0, 2.5), (0.6, 0.0, 0.8, 0.0))
+    room = mount(mj.load_body(recording.body_xml), Suit((), anchors=(ear,)))
+    _, body = mj.wear(dataclasses.replace(recording, body_xml=room.xml), skeleton)
+    i = body.site_index("anchor/ear")
+    assert body.topology.site_body[i] == 0
+    np.testing.assert_allclose(body.site_pos[i], ear.position)
+    np.testing.assert_allclose(body.site_quat[i], ear.orientation)
 
 
 def test_a_recording_on_the_skeleton_is_estimated(recording, skeleton):
