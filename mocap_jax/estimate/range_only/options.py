@@ -54,7 +54,8 @@ class RangeOnlyOptions:
                     f"{name} {getattr(self, name):g}: must be a number above 0, or 0 to hold the "
                     "constant"
                 )
-        if np.shape(self.start_sigma) != (2,) or not all(0 < s < math.inf for s in self.start_sigma):
+        start = np.asarray(self.start_sigma)
+        if start.shape != (2,) or not ((start > 0) & (start < math.inf)).all():
             raise InputError(
                 f"start_sigma {self.start_sigma}: must be two numbers above 0: [m], [rad]"
             )
