@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
-from mocap_jax.errors import InputError
+from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.residuals.robust import LOSSES, LossName
 
 
@@ -43,8 +44,8 @@ class GravityOptions:
             "pull",
             "scale",
         ):
-            if not getattr(self, name) > 0:
+            if not 0 < getattr(self, name) < math.inf:
                 raise InputError(f"gravity reference: {name} {getattr(self, name):g}: "
-                                 "must be above 0")  # fmt: skip
+                                 "must be above 0, and finite")  # fmt: skip
         if self.loss not in LOSSES:
-            raise InputError(f"gravity reference: loss '{self.loss}'; valid: {', '.join(LOSSES)}")
+            raise unknown_name("robust loss of the gravity reference", self.loss, LOSSES)

@@ -10,8 +10,8 @@ from mocap_jax.kalman import Innovation
 from mocap_jax.measurement import FrameData
 
 _KINDS = {"D": "range", "R": "root"}
-# Sensors have three values of these, and one of a heading.
-_AXES = {"M": 1}
+# Sensors have three values of these, but one of a heading and two of a tilt.
+_AXES = {"M": 1, "V": 2}
 _NAMES = {
     "M": "magnetometer", "V": "gravity", "A": "accelerometer", "G": "gyroscope",
     "O": "orientation",

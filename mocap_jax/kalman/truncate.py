@@ -33,6 +33,9 @@ def truncate(
     Returns:
         Shift of the mean of all coordinates, and the covariance.
     """
+    bounded = jnp.isfinite(room)
+    # Derivatives would be NaN where infinities only meet a factor of zero.
+    room = jnp.where(bounded, room, 0.0)
     sigma = jnp.sqrt(jnp.maximum(P[at, at], jnp.finfo(P.dtype).tiny))
     z = jnp.clip(-room / sigma, -_FURTHEST, _FURTHEST)
     hazard = jnp.exp(-0.5 * z * z - 0.5 * jnp.log(2 * jnp.pi) - log_ndtr(-z))
@@ -40,4 +43,5 @@ def truncate(
     # Beyond `_FURTHEST` the mean goes to the bound, and not only by the hazard.
     shift = jnp.where(-room > _FURTHEST * sigma, -room, sigma * hazard)
     gain = P[:, at] / sigma
-    return gain * shift / sigma, P - (1 - left) * gain[:, None] * gain
+    cut = P - (1 - left) * gain[:, None] * gain
+    return jnp.where(bounded, gain * shift / sigma, 0.0), jnp.where(bounded, cut, P)

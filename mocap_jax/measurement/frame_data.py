@@ -210,13 +210,11 @@ def _ranges(
     pulse_interval: float,
 ) -> dict[str, np.ndarray]:
     """Distances, weights, source and receiver sites, leads: each of shape (t, k)."""
+    # One pulse after the other; more where sources of several frequencies sound side by side.
     receivers = len(stream.receiver_names) if stream is not None else 0
-    width = int(np.ceil(step / pulse_interval - 1e-9)) * receivers * _at_once(stream)
-    shape = (len(time), width)
-    distance, weight, lead = np.ones(shape), np.zeros(shape), np.zeros(shape)
-    source, receiver = np.zeros(shape, int), np.zeros(shape, int)
+    nominal = int(np.ceil(step / pulse_interval - 1e-9)) * receivers
     if stream is None or not len(stream.time):
-        return _named(distance, weight, source, receiver, lead)
+        return _named(*_no_ranges(len(time), nominal))
     source_site = np.array([site_of_sensor(body, n, site_of) for n in stream.source_names])
     receiver_site = np.array([site_of_sensor(body, n, site_of) for n in stream.receiver_names])
     position = (np.asarray(stream.time) - time[0]) / step
@@ -227,8 +225,8 @@ def _ranges(
     chosen = chosen[np.argsort(frame[chosen], kind="stable")]
     rows = frame[chosen]
     columns = np.arange(len(rows)) - np.searchsorted(rows, rows)
-    fits = columns < width
-    chosen, rows, columns = chosen[fits], rows[fits], columns[fits]
+    width = max(nominal, int(np.bincount(rows, minlength=1).max()))
+    distance, weight, source, receiver, lead = _no_ranges(len(time), width)
     at = (rows, columns)
     distance[at] = np.asarray(stream.distance)[chosen]
     weight[at] = np.asarray(stream.confidence)[chosen]
@@ -238,12 +236,15 @@ def _ranges(
     return _named(distance, weight, source, receiver, lead)
 
 
-def _at_once(stream: RangeStream | None) -> int:
-    """Most sources that sounded at one time: more than one where their frequencies differ."""
-    if stream is None or not len(stream.time):
-        return 1
-    pulses = np.unique(np.stack([np.asarray(stream.time), np.asarray(stream.source)]), axis=1)
-    return int(np.unique(pulses[0], return_counts=True)[1].max())
+def _no_ranges(
+    frames: int, width: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Distances, weights, source and receiver sites, leads to be filled in."""
+    shape = (frames, width)
+    return (
+        np.ones(shape), np.zeros(shape), np.zeros(shape, int), np.zeros(shape, int),
+        np.zeros(shape),
+    )  # fmt: skip
 
 
 def _named(

@@ -34,15 +34,21 @@ def track(
         out[PLANAR] = joint_filter(planar)
     if JOINTS in wanted:
         out[JOINTS] = joint_filter(sagittal)
-    start = joint_filter(sagittal, smooth=True)
-    if SMOOTHED in wanted:
-        out[SMOOTHED] = start
-    for name, robust in ((OPTIMISER, False), (ROBUST, True)):
-        if name in wanted:
-            out[name] = optimised(sagittal, robust=robust, initial=start)
+    if {SMOOTHED, OPTIMISER, ROBUST} & set(wanted):
+        out |= _smoothed_first(sagittal, wanted)
     for name, found in out.items():
         if found.solution is not None and not found.solution.status.ok:
             print(f"  {name}: {found.solution.status.value}")
+    return out
+
+
+def _smoothed_first(sagittal: Recording, wanted: tuple[str, ...]) -> dict[str, ArmTrack]:
+    """The smoothed joint UKF and what starts from it, as far as wanted."""
+    start = joint_filter(sagittal, smooth=True)
+    out = {SMOOTHED: start} if SMOOTHED in wanted else {}
+    for name, robust in ((OPTIMISER, False), (ROBUST, True)):
+        if name in wanted:
+            out[name] = optimised(sagittal, robust=robust, initial=start)
     return out
 
 

@@ -69,6 +69,17 @@ def test_reconstruct_writes_beside_the_recording(reconstructed):
     assert names == {"still.mcap", "still.solution.mcap", "still.json"}
 
 
+def test_gravity_reference_is_used_where_asked_for(run, recording_file, reconstructed, tmp_path):
+    options = ["--method", "ekf", "--sensors", "G", "--gravity"]
+    outcome = run("reconstruct", recording_file, *options)
+    assert outcome.code == 0, outcome.err
+    told = read_solution(tmp_path / "still.solution.mcap").statistics
+    assert {"gravity/pelvis", "gravity/chest"} <= told.keys()
+    assert told["gravity/chest"]["count"] > 300, "it stands still: nearly all frames, two values"
+    without = read_solution(reconstructed / "still.solution.mcap").statistics
+    assert not any("gravity" in name for name in without)
+
+
 def test_json_has_the_documented_keys(reconstructed):
     content = json.loads((reconstructed / "still.json").read_text())
     assert isinstance(content["status"], str) and content["status"].endswith(".")

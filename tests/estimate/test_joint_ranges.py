@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -45,3 +46,23 @@ def test_within_the_range_nothing_changes() -> None:
     after = within_ranges(BODY, before)
     np.testing.assert_allclose(after.q, before.q, atol=1e-9)
     np.testing.assert_allclose(after.covariance, before.covariance, atol=1e-9)
+
+
+def test_derivatives_are_those_of_differences() -> None:
+    """The body has a hinge without a range."""
+    start = belief(1.8)
+    rng = np.random.default_rng(2)
+    weights = jax.tree.map(lambda x: jnp.asarray(rng.normal(size=x.shape)), start)
+    direction = State(
+        jnp.asarray(rng.normal(size=start.q.shape)), *(jnp.zeros_like(x) for x in start[1:3]),
+        0.01 * jnp.eye(len(start.covariance)),
+    )  # fmt: skip
+
+    @jax.jit
+    def value(s: jax.Array) -> jax.Array:
+        after = within_ranges(BODY, jax.tree.map(lambda x, d: x + s * d, start, direction))
+        return sum((w * x).sum() for w, x in zip(weights, after, strict=True))
+
+    h = 1e-6
+    expected = (value(jnp.asarray(h)) - value(jnp.asarray(-h))) / (2 * h)
+    np.testing.assert_allclose(jax.grad(value)(jnp.asarray(0.0)), expected, rtol=1e-6)

@@ -175,7 +175,8 @@ def test_wrong_input_is_named() -> None:
     [
         ("forward_noise", 0.0), ("range_noise", np.inf), ("loss_scale", np.nan),
         ("turn_bias_sigma", -0.1), ("bias_sigma", np.inf), ("scale_sigma", np.nan),
-        ("start_sigma", (1.0, 0.0)), ("start_sigma", (1.0,)), ("bias_starts", 0),
+        ("start_sigma", (1.0, 0.0)), ("start_sigma", (1.0,)), ("start_sigma", 0.1),
+        ("bias_starts", 0),
     ],
 )  # fmt: skip
 def test_figures_that_make_no_sense_are_refused(name, value) -> None:

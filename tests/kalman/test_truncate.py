@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -33,3 +34,23 @@ def test_a_belief_wholly_beyond_comes_back_to_the_bound(room: float) -> None:
     shift, covariance = truncate(P, jnp.asarray(0), jnp.asarray(room))
     assert 0 <= shift[0] + room < 0.25
     assert (np.linalg.eigvalsh(covariance) > 0).all()
+
+
+@pytest.mark.parametrize("room", [0.4, -0.7, 20.0, np.inf])
+def test_derivatives_are_those_of_differences(room: float) -> None:
+    """Also without a bound, where nothing is cut."""
+    P = np.array([[0.5, 0.2], [0.2, 0.8]])
+    rng = np.random.default_rng(1)
+    weights = jnp.asarray(rng.normal(size=6))
+
+    def value(x: jax.Array) -> jax.Array:
+        cut = truncate(x[:4].reshape(2, 2), jnp.asarray(1), x[4])
+        return weights @ jnp.concatenate([cut[0], cut[1].ravel()])
+
+    x, h = jnp.asarray([*P.ravel(), room]), 1e-6
+    slope, expected = jax.grad(value)(x), []
+    for i in range(5 if np.isfinite(room) else 4):
+        there, back = (value(x.at[i].add(s)) for s in (h, -h))
+        expected.append(float(there - back) / (2 * h))
+    np.testing.assert_allclose(slope[: len(expected)], expected, atol=1e-7)
+    assert np.isfinite(slope).all()

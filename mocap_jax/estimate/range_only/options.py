@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.least_squares import SolverOptions
 from mocap_jax.residuals.robust import LOSSES
@@ -52,7 +54,8 @@ class RangeOnlyOptions:
                     f"{name} {getattr(self, name):g}: must be a number above 0, or 0 to hold the "
                     "constant"
                 )
-        if len(self.start_sigma) != 2 or not all(0 < s < math.inf for s in self.start_sigma):
+        start = np.asarray(self.start_sigma)
+        if start.shape != (2,) or not ((start > 0) & (start < math.inf)).all():
             raise InputError(
                 f"start_sigma {self.start_sigma}: must be two numbers above 0: [m], [rad]"
             )
