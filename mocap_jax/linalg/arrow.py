@@ -181,11 +181,12 @@ def _eliminate_earlier(panels: np.ndarray, k: int, b: int, d: int, target: np.nd
     """Subtract from frame k's blocks, in place, what the b frames before it contribute."""
     for j in range(1, min(b, k) + 1):
         earlier = panels[k - j].T
-        part = target[:, : (b + 1 - j) * d]
-        blas.dgemm(
-            -1.0, earlier[:, j * d : (j + 1) * d], earlier[:, j * d :], 1.0, part,
-            trans_a=1, overwrite_c=1,
-        )  # fmt: skip
+        own, later = earlier[:, j * d : (j + 1) * d], earlier[:, (j + 1) * d :]
+        # The factorisation reads the upper triangle of the diagonal block alone.
+        blas.dsyrk(-1.0, own, 1.0, target[:, :d], trans=1, lower=0, overwrite_c=1)
+        if later.size:
+            part = target[:, d : (b + 1 - j) * d]
+            blas.dgemm(-1.0, own, later, 1.0, part, trans_a=1, overwrite_c=1)
 
 
 def _inverse(upper: np.ndarray) -> np.ndarray:
