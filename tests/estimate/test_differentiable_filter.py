@@ -44,6 +44,13 @@ def test_it_is_the_filter(recording: Recording, filtered: DifferentiableFilter) 
     np.testing.assert_allclose(found.covariance, plain.covariance, rtol=1e-7, atol=1e-12)
 
 
+def test_recordings_without_distances(recording: Recording) -> None:
+    options = EkfOptions(kinds="AG", chunk=32)
+    found = differentiable_ekf(recording, options=options)
+    plain = ekf(recording, options=options)
+    np.testing.assert_allclose(found(found.parameters).q, plain.trajectory.q, atol=1e-10)
+
+
 @pytest.mark.slow
 def test_gradients_are_those_of_differences(filtered: DifferentiableFilter) -> None:
     base = filtered.parameters

@@ -160,8 +160,9 @@ def differentiable_ekf(
     run = prepare(recording, body, options, rest, use_root)
     chunks = jax.tree.map(lambda *x: jnp.stack([jnp.asarray(a) for a in x]), *run.chunks)
     t = len(run.time)
+    # Not `reshape` to -1, which no array without entries has: nothing was ranged.
     flat = {
-        name: getattr(chunks, name).reshape(-1, *getattr(chunks, name).shape[2:])[:t]
+        name: jnp.concatenate(list(getattr(chunks, name)))[:t]
         for name in FilterMeasurements.__dataclass_fields__
     }
     parameters = FilterParameters(FilterMeasurements(**flat), run.parameters, run.start, run.body)
