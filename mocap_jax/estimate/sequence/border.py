@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import jax
 import numpy as np
 from jaxtyping import Float
@@ -46,7 +44,7 @@ class Border:
         def chunk(
             twist: np.ndarray, screws: np.ndarray, ranges: np.ndarray, geometry: np.ndarray
         ) -> np.ndarray:
-            wrench = _by_sensor(lambda s: twist[:, s] @ own[s], len(mask))
+            wrench = np.stack([twist[:, s] @ own[s] for s in range(len(mask))], axis=-1)
             offsets = own[:, self._layout.sensor_cells["offset"]].ravel()
             out = ((wrench @ mask) * screws).sum(axis=1)
             out += offsets @ ranges.reshape(len(out), -1, out.shape[1])
@@ -75,7 +73,3 @@ class Border:
         """Constants of the sensors (s, n), and of none of them."""
         count = self._layout.per_sensor * len(self._layout.sites)
         return z[:count].reshape(-1, self._layout.per_sensor), z[count:]
-
-
-def _by_sensor(one: Callable[[int], np.ndarray], sensors: int) -> Float[np.ndarray, "c 6 s"]:
-    return np.stack([one(s) for s in range(sensors)], axis=-1)

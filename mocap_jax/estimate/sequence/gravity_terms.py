@@ -18,12 +18,9 @@ from mocap_jax.estimate.sequence.correction_terms import diagonal, gain_of
 from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
 from mocap_jax.estimate.sequence.site_information import (
     SiteInformation,
-    angular_block,
-    angular_rows,
     columns,
-    corner,
     matmul,
-    transpose,
+    with_one_frame,
 )
 from mocap_jax.estimate.sequence.window import Window
 from mocap_jax.residuals.gravity import size
@@ -72,16 +69,7 @@ def add(
         matmul(turn, R),
         **_reading_columns(layout, constants, terms, felt, matmul(-across, R) / norm[..., None]),
     )
-    weighted = info[..., None, None] * turn
-    blocks = list(total.blocks)
-    blocks[0] = blocks[0] + angular_block(matmul(transpose(turn), weighted))
-    pull = (weighted * residual[..., :, None]).sum(axis=-2)
-    gradient = total.gradient + angular_rows(pull[..., None])[..., 0]
-    border = total.border
-    if layout.use_border:
-        border = border + angular_rows(matmul(transpose(weighted), cols))
-    found = corner(layout, total, cols, info, residual, 0, core.stop - core.start)
-    return SiteInformation(tuple(blocks), gradient, border, *found, total.accelerations)
+    return with_one_frame(layout, total, turn, cols, info, residual)
 
 
 def _reading_columns(

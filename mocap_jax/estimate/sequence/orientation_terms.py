@@ -27,6 +27,7 @@ from mocap_jax.estimate.sequence.site_information import (
     corner,
     matmul,
     transpose,
+    with_one_frame,
 )
 from mocap_jax.estimate.sequence.window import Window
 
@@ -63,19 +64,9 @@ def _add_prompt(
     )
     inverse = so3.right_jacobian_inverse(residual)
     turn = so3.matmul3(inverse, transpose(w.rotation[core]))
-    weighted_turn = info[..., None, None] * turn
-    blocks = list(total.blocks)
-    blocks[0] = blocks[0] + angular_block(matmul(transpose(turn), weighted_turn))
-    pull = (weighted_turn * residual[..., :, None]).sum(axis=-2)
-    gradient = total.gradient + angular_rows(pull[..., None])[..., 0]
-    border = total.border
     heading = {"heading": turn[..., 2:]} if layout.use_heading else {}
     cols = columns(layout, inverse, **heading)
-    if layout.use_border:
-        border = border + angular_rows(matmul(transpose(weighted_turn), cols))
-    size = core.stop - core.start
-    square, slope = corner(layout, total, cols, info, residual, 0, size)
-    return SiteInformation(tuple(blocks), gradient, border, square, slope, total.accelerations)
+    return with_one_frame(layout, total, turn, cols, info, residual)
 
 
 class _Rows(NamedTuple):

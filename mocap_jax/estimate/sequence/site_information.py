@@ -88,3 +88,33 @@ def corner(
     square = jnp.einsum("nsap,ns,nsaq->spq", c, wt, c)
     slope = jnp.einsum("nsap,ns,nsa->sp", c, wt, r)
     return total.constants + square, total.constants_gradient + slope
+
+
+def with_one_frame(
+    layout: Layout,
+    total: SiteInformation,
+    turn: Float[Array, "c s 3 3"],
+    cols: Float[Array, "c s 3 n"],
+    info: Float[Array, "c s"],
+    residual: Float[Array, "c s 3"],
+) -> SiteInformation:
+    """Add residuals that each see the world rotation of one core frame.
+
+    Args:
+        layout: shape of the problem.
+        total: to add to.
+        turn: Jacobian by the world rotation.
+        cols: by the sensor's constants.
+        info: information, robust weight included.
+        residual: of the core frames.
+    """
+    weighted = info[..., None, None] * turn
+    blocks = list(total.blocks)
+    blocks[0] = blocks[0] + angular_block(matmul(transpose(turn), weighted))
+    pull = (weighted * residual[..., :, None]).sum(axis=-2)
+    gradient = total.gradient + angular_rows(pull[..., None])[..., 0]
+    border = total.border
+    if layout.use_border:
+        border = border + angular_rows(matmul(transpose(weighted), cols))
+    found = corner(layout, total, cols, info, residual, 0, len(residual))
+    return SiteInformation(tuple(blocks), gradient, border, *found, total.accelerations)
