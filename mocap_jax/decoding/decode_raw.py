@@ -11,23 +11,23 @@ import numpy as np
 from jax import device_put
 
 from mocap_jax.decoding.air import AirOptions, speed_at
+from mocap_jax.decoding.bands import FrequencyBands, frequency_bands
 from mocap_jax.decoding.inertial import BoardSummary, inertial_stream, with_round_off
 from mocap_jax.decoding.pulses import Pulses
 from mocap_jax.decoding.reach import longest_distances
 from mocap_jax.errors import InputError
 from mocap_jax.io import protobuf_messages as pb
 from mocap_jax.io.raw_file import RawReader
-from mocap_jax.io.topics import ACOUSTIC
+from mocap_jax.io.topics import ACOUSTIC, DRIVER_BOX
 from mocap_jax.recording import DriverBox, RangeStream, Recording, SensorSpec, calibrated
 from mocap_jax.signals.telemetry.converter import ConverterScales
-from mocap_jax.signals.ultrasonic.arrivals import ArrivalDetector, DetectorOptions
+from mocap_jax.signals.ultrasonic.arrivals import DetectorOptions
 from mocap_jax.signals.ultrasonic.bands import SAMPLE_RATE_HZ
-from mocap_jax.signals.ultrasonic.burst import Transducer
 from mocap_jax.signals.ultrasonic.distances import measure
-from mocap_jax.signals.wire import BLOCK_SAMPLES, WireDecoder
+from mocap_jax.signals.wire import Emissions, WireDecoder
 
-_NOMINAL_SPEED = 343.0
-"""For what is only roughly needed: where a slot ends."""
+_ANCHOR = "anchor/"
+"""Wires of receivers in the world begin so; they carry sound alone."""
 
 
 @dataclass(frozen=True)
@@ -55,17 +55,21 @@ class Decoded:
     """Breaks in the wires' samples."""
     missing_pulses: int
     """Emissions that the recording should name between those it names."""
+    remarks: tuple[str, ...] = ()
+    """On frequencies that are too near to each other."""
 
 
 @dataclass
 class _Wire:
     """The unbroken stretches of a wire."""
 
+    silent: bool
+    """Without telemetry."""
     stretches: list[WireDecoder] = field(default_factory=list)
     breaks: list[tuple[float, float]] = field(default_factory=list)
     """Between them [s]."""
 
-    def at(self, start: float, detector: ArrivalDetector, emissions: np.ndarray) -> WireDecoder:
+    def at(self, start: float, bands: FrequencyBands, emissions: Emissions) -> WireDecoder:
         """The stretch that samples from a time on belong to.
 
         Raises:
@@ -78,8 +82,8 @@ class _Wire:
             if start < last.end:
                 raise InputError(f"samples of {start:.6f} s come behind those of {last.end:.6f} s")
             self.breaks.append((last.end, start))
-            last.finish(emissions[emissions < last.end])
-        self.stretches.append(WireDecoder(detector, start))
+            last.finish(emissions.until(last.end, inclusive=False))
+        self.stretches.append(WireDecoder(bands.detectors, start, silent=self.silent))
         return self.stretches[-1]
 
 
@@ -108,7 +112,7 @@ def decode_raw(
         InputError: not a raw recording, sampled at another rate, or not in the order of time.
     """
     reader = RawReader(path)
-    pulses, wires = Pulses(), dict[str, _Wire]()
+    wires = dict[str, _Wire]()
     decoder: _Decoder | None = None
     with ThreadPoolExecutor(max(1, workers)) as pool:
         batch: dict[str, tuple[float, np.ndarray]] = {}
@@ -117,10 +121,10 @@ def decode_raw(
             name = topic[len(ACOUSTIC) :]
             if not topic.startswith(ACOUSTIC):
                 stamp, source = pb.decode_pulse(payload)
-                pulses.add((stamp - reader.start_utc_ns) / 1e9, source)
+                decoder.pulses.add((stamp - reader.start_utc_ns) / 1e9, source)
                 continue
             if name in batch:
-                _feed(pool, decoder, wires, batch, pulses)
+                _feed(pool, decoder, wires, batch)
                 if progress is not None:
                     progress(reader.read_bytes, reader.size)
             stamp, rate, samples = pb.decode_waveform(payload)
@@ -134,23 +138,25 @@ def decode_raw(
                 f"{path}: no messages on {ACOUSTIC}<sensor> and /pulse: not a raw recording"
                 + "".join(f"; {d}" for d in reader.damage)
             )
-        _feed(pool, decoder, wires, batch, pulses)
-        list(pool.map(lambda w: w.stretches[-1].finish(pulses.time), wires.values()))
-    return _assembled(reader, decoder, wires, pulses, air or AirOptions())
+        _feed(pool, decoder, wires, batch)
+        emissions = decoder.pulses.emissions
+        list(pool.map(lambda w: w.stretches[-1].finish(emissions), wires.values()))
+    return _assembled(reader, decoder, wires, air or AirOptions())
 
 
 class _Decoder:
-    """The detector that all wires share."""
+    """The pulses and the detectors that all wires share."""
 
     def __init__(
         self, path: str | os.PathLike[str], box: DriverBox, options: DetectorOptions | None
     ) -> None:
         self.path, self.box = path, box
         self.options = options or DetectorOptions()
-        self.options = replace(self.options, transducer=Transducer(box.resonance_hz, box.quality))
-        self.detector = ArrivalDetector(
-            self.options, speed=_NOMINAL_SPEED, reference=box.reference, length=BLOCK_SAMPLES
-        )
+        try:
+            self.bands = frequency_bands(box, self.options)
+        except InputError as error:
+            raise InputError(f"{path}: {DRIVER_BOX}: {error}") from error
+        self.pulses = Pulses(self.bands.index)
 
 
 def _feed(
@@ -158,21 +164,20 @@ def _feed(
     decoder: _Decoder,
     wires: dict[str, _Wire],
     batch: dict[str, tuple[float, np.ndarray]],
-    pulses: Pulses,
 ) -> None:
     """Decode one piece of each wire, side by side; empties the batch."""
-    emissions = pulses.time
+    emissions = decoder.pulses.emissions
 
     def one(name: str) -> None:
         start, samples = batch[name]
         try:
-            stretch = wires[name].at(start, decoder.detector, emissions)
+            stretch = wires[name].at(start, decoder.bands, emissions)
         except InputError as error:
             raise InputError(f"{decoder.path}: {ACOUSTIC}{name}: {error}") from error
         stretch.feed(samples, emissions)
 
     for name in batch:
-        wires.setdefault(name, _Wire())
+        wires.setdefault(name, _Wire(name.startswith(_ANCHOR)))
     list(pool.map(one, batch))
     batch.clear()
 
@@ -181,20 +186,20 @@ def _assembled(
     reader: RawReader,
     decoder: _Decoder,
     wires: dict[str, _Wire],
-    pulses: Pulses,
     air: AirOptions,
 ) -> Decoded:
-    rest, box = reader.recording(), decoder.box
+    rest, box, pulses = reader.recording(), decoder.box, decoder.pulses
     scales = ConverterScales(box.accelerometer_full_scale, box.gyroscope_full_scale)
     streams, boards = {}, {}
-    for name, wire in wires.items():
+    own = {name: wire for name, wire in wires.items() if not wire.silent}
+    for name, wire in own.items():
         streams[name], boards[name] = inertial_stream([w.frames() for w in wire.stretches], scales)
     speed = speed_at(rest, pulses.time, air)
-    ranges, heard = _ranges(rest, decoder, wires, pulses, speed)
+    ranges, heard = _ranges(rest, decoder, wires, speed)
     facts = rest.setup.provenance | {"detector": decoder.options.detector, "decoded": True}
     given = {"air_celsius": air.celsius, "air_humidity": air.humidity}
     facts |= {name: value for name, value in given.items() if value is not None}
-    sensors = rest.setup.sensors or tuple(SensorSpec(name, name, 140.0) for name in wires)
+    sensors = rest.setup.sensors or tuple(SensorSpec(name, name, 140.0) for name in own)
     setup = replace(
         rest.setup,
         provenance=facts,
@@ -207,19 +212,19 @@ def _assembled(
     slots = len(pulses.time) * len(wires)
     gaps = tuple(Gap(name, *ends) for name, wire in wires.items() for ends in wire.breaks)
     missing = pulses.missing(rest.setup.pulse_interval)
-    return Decoded(recording, boards, heard, slots, gaps, missing)
+    remarks = decoder.bands.remarks(pulses.sources(())[1])
+    return Decoded(recording, boards, heard, slots, gaps, missing, remarks)
 
 
 def _ranges(
     rest: Recording,
     decoder: _Decoder,
     wires: dict[str, _Wire],
-    pulses: Pulses,
     speed: np.ndarray,
 ) -> tuple[RangeStream, int]:
     """Distances of all pairs, in order of emission."""
-    time, names = pulses.time, tuple(wires)
-    source, source_names = pulses.sources(rest.setup.sources)
+    time, names = decoder.pulses.time, tuple(wires)
+    source, source_names = decoder.pulses.sources(rest.setup.sources)
     delay = np.full((len(time), len(names)), np.nan)
     amplitude, deviation = np.full_like(delay, np.nan), np.full_like(delay, np.nan)
     for r, wire in enumerate(wires.values()):
@@ -234,6 +239,7 @@ def _ranges(
     out = measure(
         time, source, delay, amplitude, speed, offset,
         farthest=farthest, deviation=deviation, nominal=rest.setup.noise.range,
+        frequency=decoder.bands.of(source_names),
     )  # fmt: skip
     pulse, receiver = np.nonzero(out.confidence > 0)
     ranges = RangeStream(

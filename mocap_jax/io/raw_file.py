@@ -54,7 +54,10 @@ def write_raw(
         InputError: the file cannot be written.
     """
     file = mcap_file(recording, "raw")
-    file.attach(DRIVER_BOX, "application/toml", tomli_w.dumps(asdict(box)))
+    figures = asdict(box)
+    if not box.source_frequency_hz:  # as files were before there were others than 40 kHz
+        del figures["source_frequency_hz"]
+    file.attach(DRIVER_BOX, "application/toml", tomli_w.dumps(figures))
     none = np.zeros(0, np.int64)
     for name in wires:
         file.add_topic(ACOUSTIC + name, pb.Waveform, none, [])

@@ -17,8 +17,10 @@ class DriverBox:
     gyroscope_full_scale: float = 10.471975511965978
     """The same [rad/s] (600 deg/s)."""
     resonance_hz: float = 40_000.0
-    """Of the sources."""
+    """Of the sources of 40 kHz; others resonate at their own frequency."""
     quality: float = 20.0
     """Q of the sources' resonance."""
+    source_frequency_hz: dict[str, float] = field(default_factory=dict)
+    """Of each source's bursts by site name; what is not named has 40 kHz."""
     source_offset_m: dict[str, float] = field(default_factory=dict)
     """Calibrated excess of each source's distances by site name [m]; what is not named has none."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int, Int16
+from jaxtyping import Complex, Float, Int, Int16
 
 from mocap_jax.signals.telemetry.receive import TelemetryReceiver, TimedFrames
 from mocap_jax.signals.ultrasonic.arrivals import ArrivalDetector, Arrivals
@@ -15,6 +15,7 @@ from mocap_jax.signals.ultrasonic.bands import (
     TAIL,
     TELEMETRY_RATE_HZ,
     TELEMETRY_STEP,
+    spectrum_of,
 )
 
 BLOCK_SAMPLES = 76_800
@@ -22,6 +23,24 @@ BLOCK_SAMPLES = 76_800
 INNER_SAMPLES = BLOCK_SAMPLES - MARGIN - TAIL
 """Of which are new: 61 slots of 8 ms."""
 _SPARE = 8
+
+
+@dataclass(frozen=True)
+class Emissions:
+    """Pulses of all frequencies, in order of time."""
+
+    time: Float[np.ndarray, "p"]
+    """[s]"""
+    band: Int[np.ndarray, "p"]
+    """Index of each pulse's detector."""
+
+    def first(self, count: int) -> Emissions:
+        """The first ones."""
+        return Emissions(self.time[:count], self.band[:count])
+
+    def until(self, time: float, *, inclusive: bool = True) -> Emissions:
+        """Those up to a time [s]."""
+        return self.first(int(np.searchsorted(self.time, time, "right" if inclusive else "left")))
 
 
 @dataclass(frozen=True)
@@ -41,12 +60,15 @@ class WireDecoder:
     """Decodes one wire in bounded memory.
 
     Args:
-        detector: of arrivals; it may be shared by wires.
+        detectors: of arrivals, one for each frequency of bursts; they may be shared by wires.
         start: time of the first sample [s].
+        silent: nothing but sound is on the wire, as on that of a microphone without a board.
     """
 
-    def __init__(self, detector: ArrivalDetector, start: float) -> None:
-        self._detector = detector
+    def __init__(
+        self, detectors: tuple[ArrivalDetector, ...], start: float, *, silent: bool = False
+    ) -> None:
+        self._detectors, self._silent = detectors, silent
         self._telemetry = TelemetryReceiver(TELEMETRY_RATE_HZ)
         self._waiting: list[np.ndarray] = [np.zeros(MARGIN, np.int16)]
         self._count = MARGIN
@@ -58,19 +80,19 @@ class WireDecoder:
         """Time behind the last sample fed [s]."""
         return self._block_start + self._count / SAMPLE_RATE_HZ
 
-    def feed(self, samples: Int16[np.ndarray, "n"], pulses: Float[np.ndarray, "p"]) -> None:
+    def feed(self, samples: Int16[np.ndarray, "n"], pulses: Emissions) -> None:
         """Take the next samples.
 
         Args:
             samples: those that follow the ones before.
-            pulses: times of all emissions up to the end of these samples, ascending [s].
+            pulses: all emissions up to the end of these samples.
         """
         self._waiting.append(samples)
         self._count += len(samples)
         while self._count >= BLOCK_SAMPLES:
             self._block(pulses)
 
-    def finish(self, pulses: Float[np.ndarray, "p"]) -> None:
+    def finish(self, pulses: Emissions) -> None:
         """Decode what is left; pulses whose slot is not complete are left out."""
         end = self.end
         left = self._count - MARGIN
@@ -81,27 +103,35 @@ class WireDecoder:
         self._waiting.append(silence)
         self._count += len(silence)
         while self._count >= BLOCK_SAMPLES:
-            self._block(pulses[pulses <= last])
+            self._block(pulses.until(last))
 
-    def _block(self, pulses: Float[np.ndarray, "p"]) -> None:
+    def _block(self, pulses: Emissions) -> None:
         every = np.concatenate(self._waiting)
         block, start = every[:BLOCK_SAMPLES], self._block_start
-        bands = self._detector.splitter.split(block)
+        spectrum = spectrum_of(block)
         inner = start + MARGIN / SAMPLE_RATE_HZ
-        here = slice(
-            np.searchsorted(pulses, inner - 1e-9),
-            np.searchsorted(pulses, inner + INNER_SAMPLES / SAMPLE_RATE_HZ - 1e-9),
+        here = np.arange(
+            np.searchsorted(pulses.time, inner - 1e-9),
+            np.searchsorted(pulses.time, inner + INNER_SAMPLES / SAMPLE_RATE_HZ - 1e-9),
         )
-        found = self._detector.detect(bands.sound, bands.matched, pulses[here] - start)
-        self._keep(here, found)
-        low, high = MARGIN // TELEMETRY_STEP - _SPARE, (BLOCK_SAMPLES - TAIL) // TELEMETRY_STEP
-        self._telemetry.feed(bands.telemetry[low : high + _SPARE], inner, _SPARE)
+        for band, detector in enumerate(self._detectors):
+            own = here[pulses.band[here] == band]
+            if own.size:
+                sound = detector.splitter.sound(spectrum)
+                self._keep(own, detector.detect(*sound, pulses.time[own] - start))
+        if not self._silent:
+            self._receive(spectrum, inner)
         self._waiting, self._count = [every[INNER_SAMPLES:]], len(every) - INNER_SAMPLES
         self._block_start = start + INNER_SAMPLES / SAMPLE_RATE_HZ
 
-    def _keep(self, here: slice, found: Arrivals) -> None:
+    def _receive(self, spectrum: Complex[np.ndarray, "f"], inner: float) -> None:
+        low, high = MARGIN // TELEMETRY_STEP - _SPARE, (BLOCK_SAMPLES - TAIL) // TELEMETRY_STEP
+        telemetry = self._detectors[0].splitter.telemetry(spectrum)
+        self._telemetry.feed(telemetry[low : high + _SPARE], inner, _SPARE)
+
+    def _keep(self, pulses: Int[np.ndarray, "n"], found: Arrivals) -> None:
         heard = np.isfinite(found.delay)
-        pulse = np.arange(here.start, here.stop)[heard]
+        pulse = pulses[heard]
         columns = (found.delay, found.amplitude, found.deviation)
         # Half the bytes, and delays still exact to a nanosecond: hours of them are kept.
         small = (column[heard].astype(np.float32) for column in columns)

@@ -24,7 +24,7 @@ _TAPS = 12
 _STEPS = 32
 """Interpolated points a sample."""
 _RISE = 7
-"""Samples before the peak in which the steepest rise is sought."""
+"""Samples before the peak in which the steepest rise of a burst of 40 kHz is sought."""
 _SEEN_SAMPLES = 96_000
 """Length of the noise-free block that a detector is calibrated with."""
 
@@ -82,6 +82,8 @@ class ArrivalDetector:
     ) -> None:
         self.splitter = BandSplitter(length, options.transducer)
         self._options, self._speed, self._reference = options, speed, reference
+        self._stretch = CARRIER_HZ / options.transducer.drive_hz  # of ten cycles
+        self._rise = round(_RISE * self._stretch)
         self._offset, self._gain, self._blur = 0.0, 1.0, 0.0
         self._offset, self._gain, self._blur = self._calibrated()
 
@@ -93,7 +95,8 @@ class ArrivalDetector:
     def _calibrated(self) -> tuple[float, float, float]:
         """Mark, gain and blur of a burst of unit amplitude, by detecting one without noise."""
         time = (np.arange(_SEEN_SAMPLES) - _SEEN_SAMPLES // 2) / (8 * SOUND_RATE_HZ)
-        wave = envelope(time, self._options.transducer) * np.exp(2j * np.pi * CARRIER_HZ * time)
+        drive = self._options.transducer.drive_hz
+        wave = envelope(time, self._options.transducer) * np.exp(2j * np.pi * drive * time)
         bands = BandSplitter(_SEEN_SAMPLES, self._options.transducer).split(wave.real * 1e3)
         sound = self._heard(bands.sound, bands.matched)
         at = np.array([_SEEN_SAMPLES / 16])
@@ -144,7 +147,8 @@ class ArrivalDetector:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Index of the chosen peak of each slot, and whether there is one."""
         opts = self._options
-        late = 0.0 if opts.detector == "matched" else 3.0  # the peak behind the steepest rise
+        # The peak behind the steepest rise.
+        late = 0.0 if opts.detector == "matched" else 3.0 * self._stretch
         first, last = (np.array([opts.nearest_m, opts.farthest_m]) / self._speed) * SOUND_RATE_HZ
         begin = np.floor(start + first).astype(np.int64)
         window = begin[:, None] + np.arange(int(np.ceil(last - first + late)) + 2)
@@ -159,14 +163,14 @@ class ArrivalDetector:
 
     def _mark(self, sound: np.ndarray, peak: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Fractional index of the mark of each peak, and the peak's amplitude."""
-        peak = np.clip(peak, _TAPS + _RISE, len(sound) - _TAPS - 3)
+        peak = np.clip(peak, _TAPS + self._rise, len(sound) - _TAPS - 3)
         if self._options.detector == "matched":
             level = np.abs(_between(sound, peak - 1, 2))
             at, top = _vertex(level)
             return peak - 1 + at / _STEPS, top
-        power = np.abs(_between(sound, peak - _RISE, _RISE + 1)) ** 2
+        power = np.abs(_between(sound, peak - self._rise, self._rise + 1)) ** 2
         steepest, _ = _vertex(np.diff(power, axis=1))
-        return peak - _RISE + (steepest + 0.5) / _STEPS, np.sqrt(power.max(axis=1))
+        return peak - self._rise + (steepest + 0.5) / _STEPS, np.sqrt(power.max(axis=1))
 
 
 def _kernel() -> np.ndarray:

@@ -53,6 +53,7 @@ def measure(
     farthest: float | Float[np.ndarray, "s r"] = 2.75,
     deviation: Float[np.ndarray, "n r"] | None = None,
     nominal: float = 0.0025,
+    frequency: float | Float[np.ndarray, "s"] = CARRIER_HZ,
 ) -> Distances:
     """Distances and their confidences w_s w_t.
 
@@ -70,6 +71,7 @@ def measure(
         farthest: longer distances are not believed [m]; of all pairs or of each.
         deviation: of the times of flight, from noise alone [s]; None takes them for exact.
         nominal: deviation of a distance with confidence 1 [m].
+        frequency: of the bursts [Hz]; of all sources or of each.
     """
     figures = DetectionFigures() if figures is None else figures
     distance = speed[:, None] * delay - offset[source][:, None]
@@ -77,7 +79,7 @@ def measure(
     distance[~((distance > 0) & (distance <= longest))] = np.nan
     heard = np.isfinite(distance)
     # What air absorbs is made up for, so that far sources are not taken for hidden ones.
-    loss = float(absorption(CARRIER_HZ, float(temperature(speed.mean())))) if speed.size else 0.0
+    loss = _absorbed(np.broadcast_to(frequency, len(offset)), speed)[source][:, None]
     way = np.where(heard, distance, 0.0)
     level = np.where(heard, amplitude, 0.0)
     strength = signal_confidence(level * 10.0 ** (loss * (way - 1.0) / 20.0), way, figures)
@@ -86,3 +88,13 @@ def measure(
         excess = np.where(heard, speed[:, None] * deviation / nominal, 0.0)
         strength = strength / np.sqrt(1.0 + excess**2)
     return Distances(distance, np.where(heard, strength * continuity, 0.0))
+
+
+def _absorbed(
+    frequency: Float[np.ndarray, "s"], speed: Float[np.ndarray, "n"]
+) -> Float[np.ndarray, "s"]:
+    """What air absorbs of each source's sound [dB/m]."""
+    if not speed.size:
+        return np.zeros(len(frequency))
+    celsius = float(temperature(speed.mean()))
+    return np.array([float(absorption(f, celsius)) for f in frequency])
