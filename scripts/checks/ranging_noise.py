@@ -10,7 +10,7 @@ from scipy import signal
 from mocap_jax.signals.ultrasonic.arrivals import ArrivalDetector, Arrivals, DetectorOptions
 from mocap_jax.signals.wire import BLOCK_SAMPLES
 from mocap_jax.simulation.raw.paths import Paths
-from mocap_jax.simulation.raw.sound import SoundField
+from mocap_jax.simulation.raw.sound import Resonator, SoundField
 from mocap_jax.simulation.raw.transducer import PHASES, SAMPLE_RATE_HZ, pulse_table
 
 SPEED = 343.0
@@ -82,7 +82,7 @@ def wire(distance: np.ndarray, amplitude: np.ndarray, resonance_hz: float = 40_0
     ways = (len(SLOTS), 1, -1)
     field = SoundField(
         SLOTS, np.zeros(len(SLOTS), int), Paths(distance.reshape(ways), amplitude.reshape(ways)),
-        SPEED, np.zeros(1), [(resonance_hz, RESONATOR[1])],
+        SPEED, np.zeros(1), [Resonator(resonance_hz, RESONATOR[1])],
     )  # fmt: skip
     return field.samples(0, BLOCK_SAMPLES)[0]
 

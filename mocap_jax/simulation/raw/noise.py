@@ -6,9 +6,9 @@ import numpy as np
 from jaxtyping import Float
 from scipy import signal
 
+from mocap_jax.simulation.raw import amplifier
 from mocap_jax.simulation.raw.transducer import SAMPLE_RATE_HZ
 
-_AMPLIFIER_HZ = (25_000.0, 55_000.0)
 _TONE_HZ = 33_000.0
 
 
@@ -30,9 +30,7 @@ class WireNoise:
         # The amplitude of a band is that of either quadrature: noise of the same variance.
         self._ambient = ambient * np.sqrt(nyquist / 5000.0)
         self._converter, self._tone, self._rng = converter, tone, rng
-        self._sections = signal.butter(
-            2, _AMPLIFIER_HZ, "bandpass", fs=SAMPLE_RATE_HZ, output="sos"
-        )
+        self._sections = amplifier.sections()
         self._state = np.zeros((len(self._sections), wires, 2))
         self._phase = rng.uniform(0, 2 * np.pi, wires)
 

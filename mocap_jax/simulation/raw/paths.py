@@ -13,13 +13,11 @@ from mocap_jax.simulation.flight import Emissions, Flights
 from mocap_jax.simulation.profiles import Profile
 from mocap_jax.simulation.random_streams import stream
 from mocap_jax.simulation.raw.options import RawOptions
+from mocap_jax.simulation.raw.room import room_around
 from mocap_jax.simulation.rig import Rig, place
 from mocap_jax.simulation.spline import PoseSpline
 
-_CARRIER_HZ = 40_000.0
 _NEAREST = 0.05
-_FLOOR_CLEARANCE = 0.07
-"""Of the lowest device over the floor: on a foot [m]."""
 _OFF_FLOOR = 0.01
 """Rays start and end this far from the floor and from devices [m]."""
 
@@ -43,13 +41,27 @@ def trace_paths(
     options: RawOptions,
     speed: float,
     seed: int,
+    frequencies: tuple[float, ...],
 ) -> Paths:
     """Ways of all pulses.
 
     Occluded direct sound leaks around the body as in `hearing`; in profiles without a detector
     there is nothing but the free direct sound.
+
+    Args:
+        rig: the true body with its devices.
+        spline: its motion.
+        flights: direct ways of all pulses.
+        emissions: where the devices are.
+        profile: what is heard of them.
+        options: the room.
+        speed: of sound [m/s].
+        seed: of the random streams.
+        frequencies: of the sources [Hz].
     """
-    loss_db = float(absorption(_CARRIER_HZ, float(temperature(speed)), options.humidity))
+    celsius = float(temperature(speed))
+    absorbed = [float(absorption(f, celsius, options.humidity)) for f in frequencies]
+    loss_db = np.array(absorbed)[flights.source][:, None, None]
     ways = [_direct(flights, emissions, profile, options, seed)]
     if profile.detector:
         ways.append(_body_echo(flights, profile, seed))
@@ -106,17 +118,11 @@ def _reflections(
     options: RawOptions,
 ) -> list[_Way]:
     """Image sources behind floor, ceiling and four walls; the body hides the floor's only."""
-    place(rig, spline.pose(np.array([spline.start]))[0])
-    lowest = min(rig.data.site_xpos[rig.board_sites][:, 2].min(), emissions.origin[:, 2].min())
-    floor = float(lowest) - _FLOOR_CLEARANCE
-    low = emissions.origin.min(axis=0) - options.wall_distance_m
-    high = emissions.origin.max(axis=0) + options.wall_distance_m
-    planes = [(2, floor + options.ceiling_m)]
-    planes += [(axis, float(side[axis])) for axis in (0, 1) for side in (low, high)]
-    length, gain, image = _mirrored(emissions, 2, floor, profile, options)
-    hidden = _hidden_by_body(rig, spline, flights, emissions, image, floor)
+    room = room_around(rig, spline, flights.source, emissions, options)
+    length, gain, image = _mirrored(emissions, 2, room.floor, profile, options)
+    hidden = _hidden_by_body(rig, spline, flights, emissions, image, room.floor)
     ways = [(length, options.floor_reflection * np.where(hidden, 0.0, gain))]
-    for axis, place_m in planes:
+    for axis, place_m in room.others:
         length, gain, _ = _mirrored(emissions, axis, place_m, profile, options)
         ways.append((length, options.wall_reflection * gain))
     return ways
@@ -144,7 +150,7 @@ def _hidden_by_body(
     floor: float,
 ) -> np.ndarray:
     """Whether the body stands in either leg of the way over the floor."""
-    receivers = len(rig.board_sites)
+    receivers = len(rig.microphone_sites)
     hidden = np.zeros(flights.distance.shape, bool)
     geom, reach = np.empty(receivers, np.int32), np.empty(receivers)
     one = np.empty(1, np.int32)

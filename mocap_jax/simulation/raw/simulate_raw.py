@@ -31,11 +31,12 @@ from mocap_jax.simulation.options import SimulationOptions
 from mocap_jax.simulation.profiles import Profile, profile_named
 from mocap_jax.simulation.random_streams import stream
 from mocap_jax.simulation.ranging import offset_parameters, true_offsets, true_speed
+from mocap_jax.simulation.raw.amplifier import PASSED_HZ
 from mocap_jax.simulation.raw.boards import Board, make_board
 from mocap_jax.simulation.raw.noise import WireNoise
 from mocap_jax.simulation.raw.options import RawOptions
 from mocap_jax.simulation.raw.paths import trace_paths
-from mocap_jax.simulation.raw.sound import SoundField
+from mocap_jax.simulation.raw.sound import Resonator, SoundField
 from mocap_jax.simulation.raw.transducer import SAMPLE_RATE_HZ
 from mocap_jax.simulation.root_pose import sample_root
 from mocap_jax.simulation.stage import Stage, declared_setup, set_stage
@@ -52,7 +53,7 @@ class RawSimulation:
     """All but the measurements on the wires: set-up, body, root, temperature, truth."""
     sample_rate_hz: float
     wires: tuple[str, ...]
-    """Names of the boards."""
+    """Names of the boards, and sites of the anchors that receive, whose wires carry sound alone."""
     pulse_time: Float[np.ndarray, "n"]
     """Of emission [s]."""
     pulse_source: np.ndarray
@@ -63,6 +64,7 @@ class RawSimulation:
     """Whether the direct way is free and in front of the source, shape (n, r)."""
     boards: tuple[Board, ...]
     _field: SoundField
+    _frequencies: tuple[float, ...]
     _options: RawOptions
     _ambient: float
     _seed: int
@@ -72,7 +74,9 @@ class RawSimulation:
     @property
     def box(self) -> DriverBox:
         """Figures that decoding needs, as declared."""
-        return DriverBox(reference=self._options.reference)
+        named = zip(self.recording.setup.sources, self._frequencies, strict=True)
+        others = {site: f for site, f in named if f != BURST_HZ}
+        return DriverBox(reference=self._options.reference, source_frequency_hz=others)
 
     @property
     def pieces(self) -> int:
@@ -93,7 +97,7 @@ class RawSimulation:
             count = min(size, total - first)
             wire = opts.reference * self._field.samples(first, count)
             wire += noise.samples(first, count)
-            for r, board in enumerate(self.boards):
+            for r, board in enumerate(self.boards):  # whose wires come first
                 wire[r] += opts.telemetry * board.volts(first, count)
             yield first, np.clip(np.rint(wire), -32768, 32767).astype(np.int16)
 
@@ -126,6 +130,7 @@ def simulate_raw(
 ) -> RawSimulation:
     """Simulate the wires of a suit while a body performs a known motion.
 
+    Every microphone hears the sources of all frequencies; telling them apart is the decoder's.
     Bodies, motion, occlusion, speed of sound, offsets and the sensors' own errors are those of
     `simulate` with the same seed. What only radio-connected boards suffer (lost samples, clock
     offsets) does not happen on wires.
@@ -140,7 +145,8 @@ def simulate_raw(
         calibration: as for `simulate`.
 
     Raises:
-        InputError: as `simulate`; a suit without sources; boards of another frame rate.
+        InputError: as `simulate`; a suit without sources; boards of another frame rate; bursts of
+            a frequency that the amplifier does not pass; thermometers of anchors.
     """
     options = SimulationOptions() if options is None else options
     raw = RawOptions() if raw is None else raw
@@ -150,22 +156,14 @@ def simulate_raw(
             f"inertial_rate_hz {options.inertial_rate_hz:g}: telemetry has {FRAME_RATE_HZ:g} Hz"
         )
     stage = set_stage(motion, errs, seed, suit, options)
-    if stage.suit.anchors:
-        raise InputError(
-            f"anchors {', '.join(a.name for a in stage.suit.anchors)}: a driver box has wires of "
-            "boards only; simulate anchors without the raw waveform"
-        )
-    if not stage.suit.sources:
-        raise InputError("the suit has no ultrasonic sources; a raw recording needs at least one")
-    other = next((f for f in stage.suit.frequencies if f != BURST_HZ), None)
-    if other is not None:
-        raise InputError(
-            f"a source of {other:g} Hz: raw waveforms and their decoder have bursts of "
-            f"{BURST_HZ:g} Hz only; simulate other frequencies without the raw waveform"
-        )
+    _check_suit(stage.suit, errs)
     time = sample_times(stage.duration, options.inertial_rate_hz)
     exact = replace(errs, white=False, loss=0.0, clock_offset=0.0)
-    means, more = sample_inertial(stage.rig, stage.spline, stage.boards, time, exact, seed)
+    means, more = (
+        sample_inertial(stage.rig, stage.spline, stage.boards, time, exact, seed)
+        if stage.boards
+        else ({}, {})
+    )
     setup = declared_setup(motion, stage.suit, stage.performance, errs, options, seed, calibration)
     means = _as_read(means, setup)
     scales = ConverterScales()
@@ -174,6 +172,23 @@ def simulate_raw(
         for name in stage.boards
     )
     return _assembled(motion, stage, errs, options, raw, seed, boards, more, setup)
+
+
+def _check_suit(suit: Suit, profile: Profile) -> None:
+    """Refuse what a driver box cannot record; raises `InputError`."""
+    if not suit.source_sites:
+        raise InputError("the suit has no ultrasonic sources; a raw recording needs at least one")
+    low, high = PASSED_HZ
+    for site, frequency in zip(suit.source_sites, suit.frequencies, strict=True):
+        if not low <= frequency <= high:
+            raise InputError(
+                f"{site}: bursts of {frequency:g} Hz; the driver box's amplifier passes {low:g} to "
+                f"{high:g} Hz"
+            )
+    if profile.anchor_temperature and suit.listening_anchors:
+        raise InputError(
+            "anchor_temperature: a raw recording has one thermometer for all wires; valid: 0"
+        )
 
 
 def _as_read(means: dict[str, InertialStream], setup: Setup) -> dict[str, InertialStream]:
@@ -194,18 +209,21 @@ def _assembled(
     setup: Setup,
 ) -> RawSimulation:
     speed, offset = true_speed(errs, options, seed), true_offsets(stage.suit, errs, seed)
+    frequencies = stage.suit.frequencies
     # As in the direct simulation, the last pulse arrives before the motion ends.
     end = stage.spline.end - options.max_range_m / speed - options.pulse_interval_s
     flights, emissions = trace(
         stage.rig, stage.spline, end=end, pulse_interval=options.pulse_interval_s,
-        speed_of_sound=speed,
+        speed_of_sound=speed, frequencies=frequencies,
     )  # fmt: skip
-    paths = trace_paths(stage.rig, stage.spline, flights, emissions, errs, raw, speed, seed)
+    paths = trace_paths(
+        stage.rig, stage.spline, flights, emissions, errs, raw, speed, seed, frequencies
+    )
     detuned = raw.detune_hz * stream(seed, "raw_resonance").standard_normal(len(offset))
     excess = offset + [setup.calibration.offset_of(s) for s in stage.suit.source_sites]
     field = SoundField(
         flights.time, flights.source, paths, speed, excess / options.speed_of_sound,
-        [(BURST_HZ + d, _QUALITY) for d in detuned],
+        [Resonator(f + d, _QUALITY, f) for f, d in zip(frequencies, detuned, strict=True)],
     )  # fmt: skip
     time = sample_times(stage.duration, options.inertial_rate_hz)
     parameters = parameters | offset_parameters(stage.suit, offset)
@@ -226,7 +244,7 @@ def _assembled(
         subject=motion.name,
     )
     return RawSimulation(
-        recording, SAMPLE_RATE_HZ, stage.boards, flights.time, flights.source, flights.distance,
-        ~flights.occluded & (flights.cosine > 0), boards, field, raw,
+        recording, SAMPLE_RATE_HZ, stage.suit.receiver_names, flights.time, flights.source,
+        flights.distance, ~flights.occluded & (flights.cosine > 0), boards, field, frequencies, raw,
         errs.hearing.noise if errs.detector else 0.0, seed, stage.duration,
     )  # fmt: skip

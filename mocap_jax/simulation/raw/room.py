@@ -1,0 +1,55 @@
+"""The room around what is worn and what stands in it: floor, ceiling and four walls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mocap_jax.simulation.flight import Emissions
+from mocap_jax.simulation.raw.options import RawOptions
+from mocap_jax.simulation.rig import Rig, place
+from mocap_jax.simulation.spline import PoseSpline
+
+_FLOOR_CLEARANCE = 0.07
+"""Of the lowest worn device over the floor: on a foot [m]."""
+_FIXED_CLEARANCE = 0.02
+"""Of anchors over the floor and below the ceiling at the least [m]."""
+
+
+@dataclass(frozen=True)
+class Room:
+    """Planes that reflect, each across an axis of the world at a place [m]."""
+
+    floor: float
+    others: tuple[tuple[int, float], ...]
+    """Ceiling and walls: axis and place."""
+
+
+def room_around(
+    rig: Rig, spline: PoseSpline, source: np.ndarray, emissions: Emissions, options: RawOptions
+) -> Room:
+    """The room in which everything has its place.
+
+    Args:
+        rig: the true body with its devices.
+        spline: its motion.
+        source: index of each pulse's source.
+        emissions: where these are.
+        options: how large the room is.
+    """
+    place(rig, spline.pose(np.array([spline.start]))[0])
+    devices = np.concatenate([rig.source_sites, rig.microphone_sites])
+    anchors = rig.data.site_xpos[devices[rig.model.site_bodyid[devices] == 0]]
+    worn = emissions.origin[rig.model.site_bodyid[rig.source_sites[source]] > 0]
+    heights = np.concatenate([rig.data.site_xpos[rig.board_sites][:, 2], worn[:, 2]])
+    floor = float(heights.min()) - _FLOOR_CLEARANCE
+    ceiling = floor + options.ceiling_m
+    if len(anchors):
+        floor = min(floor, float(anchors[:, 2].min()) - _FIXED_CLEARANCE)
+        ceiling = max(floor + options.ceiling_m, float(anchors[:, 2].max()) + _FIXED_CLEARANCE)
+    places = np.concatenate([emissions.origin, anchors])
+    low = places.min(axis=0) - options.wall_distance_m
+    high = places.max(axis=0) + options.wall_distance_m
+    walls = [(axis, float(side[axis])) for axis in (0, 1) for side in (low, high)]
+    return Room(floor, ((2, ceiling), *walls))
