@@ -143,5 +143,5 @@ def test_wrong_people(pair: Motion) -> None:
     )
     with pytest.raises(InputError, match="'b' has <custom> <text>; only <numeric>"):
         together({"a": one, "b": replace(one, body=load_body(xml))})
-    with pytest.raises(InputError, match="33000 Hz: raw waveforms"):
-        simulate_raw(pair, suit=suits_together({"a": worn(), "b": worn(33_000.0)}))
+    with pytest.raises(InputError, match="source/b/left: bursts of 20000 Hz; the driver box"):
+        simulate_raw(pair, suit=suits_together({"a": worn(), "b": worn(20_000.0)}))

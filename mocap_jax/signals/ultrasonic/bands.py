@@ -30,8 +30,9 @@ _MATCHED_WIDTH_HZ, _MATCHED_SKIRT_HZ = 3500.0, 2000.0
 AUDIBLE_HZ = (25_000.0, 55_000.0)
 """Frequencies of bursts that the amplifier passes (3 dB less at either end), with bands of their
 own above the telemetry and below half the sampling rate."""
-APART_HZ = 6500.0
-"""Frequencies of bursts that are less apart hear each other well (docs/raw.md)."""
+APART_HZ = 5000.0
+"""Bursts of frequencies that are less apart pass each other's filters with a tenth of their
+amplitude or more (docs/raw.md)."""
 _TELEMETRY_PASS_HZ, _TELEMETRY_STOP_HZ = 8000.0, 13_000.0
 
 

@@ -26,6 +26,8 @@ class RawOptions:
     """Amplitude reflected by walls and ceiling."""
     wall_distance_m: float = 1.5
     """From the walls to the nearest place that a source reaches."""
+    floor_m: float | None = None
+    """Height of the floor; None: below the lowest worn device, as below that of a foot."""
     ceiling_m: float = 2.6
     """Height of the ceiling over the floor."""
     microphone_beam: float = 0.15

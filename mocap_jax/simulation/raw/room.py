@@ -43,11 +43,10 @@ def room_around(
     anchors = rig.data.site_xpos[devices[rig.model.site_bodyid[devices] == 0]]
     worn = emissions.origin[rig.model.site_bodyid[rig.source_sites[source]] > 0]
     heights = np.concatenate([rig.data.site_xpos[rig.board_sites][:, 2], worn[:, 2]])
-    floor = float(heights.min()) - _FLOOR_CLEARANCE
-    ceiling = floor + options.ceiling_m
-    if len(anchors):
-        floor = min(floor, float(anchors[:, 2].min()) - _FIXED_CLEARANCE)
-        ceiling = max(floor + options.ceiling_m, float(anchors[:, 2].max()) + _FIXED_CLEARANCE)
+    floor = float(heights.min()) - _FLOOR_CLEARANCE if options.floor_m is None else options.floor_m
+    fixed = anchors[:, 2]
+    floor = min(floor, float(fixed.min(initial=np.inf)) - _FIXED_CLEARANCE)
+    ceiling = max(floor + options.ceiling_m, float(fixed.max(initial=-np.inf)) + _FIXED_CLEARANCE)
     places = np.concatenate([emissions.origin, anchors])
     low = places.min(axis=0) - options.wall_distance_m
     high = places.max(axis=0) + options.wall_distance_m

@@ -29,3 +29,20 @@ def test_pulses_grow_keep_their_order_and_count_what_is_missing():
 def test_no_pulses():
     source, names = Pulses().sources(())
     assert source.shape == (0,) and names == () and Pulses().missing(0.008) == 0
+
+
+def test_pulses_of_different_frequencies_may_sound_at_the_same_time():
+    pulses = Pulses({"high": 1})
+    for i in range(10):
+        if i != 4:
+            pulses.add(0.008 * i, "low")
+        if i not in (6, 7):
+            pulses.add(0.008 * i, "high")
+    assert pulses.missing(0.008) == 3
+    np.testing.assert_array_equal(pulses.emissions.band[:4], [0, 1, 0, 1])
+    with pytest.raises(InputError, match="0.072000 s comes behind 0.072000 s"):
+        pulses.add(0.072, "low")
+    with pytest.raises(InputError, match="0.064000 s comes behind 0.072000 s"):
+        pulses.add(0.064, "high")
+    assert len(pulses.emissions.until(0.0).time) == 2
+    assert len(pulses.emissions.until(0.008, inclusive=False).time) == 2
