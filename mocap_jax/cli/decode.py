@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from mocap_jax.cli.exit_codes import unknown_choice
 from mocap_jax.cli.files import exit_code, output_file
 from mocap_jax.cli.parser import count, number_between
-from mocap_jax.cli.setup_choice import add_setup_argument, corrected, setup_figures
+from mocap_jax.cli.setup_choice import add_setup_argument, corrected, setup_figures, warn_on_stderr
 
 if TYPE_CHECKING:
     from mocap_jax.decoding import Decoded
@@ -71,6 +71,8 @@ def run(arguments: argparse.Namespace) -> int:
     print(f"{output}: {_heading(decoded)}, detector {name}")
     for line in _lines(decoded):
         print(f"  {line}")
+    for remark in decoded.remarks:
+        warn_on_stderr(remark)
     return exit_code(decoded.recording)
 
 

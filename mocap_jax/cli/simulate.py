@@ -7,11 +7,11 @@ import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mocap_jax.cli.body_choice import add_body_arguments, chosen_body
-from mocap_jax.cli.exit_codes import SUCCESS, UsageError, unknown_choice
+from mocap_jax.cli.exit_codes import SUCCESS, unknown_choice
 from mocap_jax.cli.files import output_file
-from mocap_jax.cli.human_text import is_human
-from mocap_jax.cli.parser import count, number_between
+from mocap_jax.cli.motion_choice import add_motion_arguments, chosen_motion
+from mocap_jax.cli.parser import count
+from mocap_jax.cli.people import add_people_arguments, check_people, people
 from mocap_jax.cli.setup_choice import (
     add_setup_argument,
     setup_figures,
@@ -23,7 +23,6 @@ from mocap_jax.cli.simulation_choices import (
     refuse_for_raw,
     simulation_options,
 )
-from mocap_jax.cli.stretch import named_stretch, with_stretch
 from mocap_jax.errors import InputError
 
 if TYPE_CHECKING:
@@ -63,13 +62,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--raw", action="store_true",
         help="write what the driver box samples (5 MB a second); see mocap-jax decode",
     )  # fmt: skip
-    add_body_arguments(parser)
-    parser.add_argument("--skeleton", metavar="ASF", help="skeleton of an .amc file elsewhere")
-    parser.add_argument("--fps", type=number_between(1, 1e4), metavar="HZ", help="true frame rate")
-    parser.add_argument(
-        "--scale", type=number_between(1e-4, 10), metavar="M", help="metres per file unit"
-    )
-    parser.add_argument("--skip", type=count, metavar="N", help="leading frames to leave out")
+    add_motion_arguments(parser)
+    add_people_arguments(parser)
     add_recording_arguments(parser)
 
 
@@ -79,22 +73,17 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.raw:
         refuse_for_raw(arguments)
     from mocap_jax.io import write_recording
-    from mocap_jax.simulation import PROFILES, SUITS, load_suit, named_suit, simulate
-    from mocap_jax.simulation.mounting import with_shapes
+    from mocap_jax.simulation import PROFILES, SUITS, simulate
 
     if arguments.profile not in PROFILES:
         raise unknown_choice("--profile", "profile", arguments.profile, PROFILES)
     options = simulation_options(arguments)
-    motion = _load_motion(arguments)
-    suit = None
-    if arguments.sensors:
-        if arguments.sensors not in SUITS and not Path(arguments.sensors).is_file():
-            raise InputError(
-                f"{arguments.sensors}: neither a set-up file nor a suit; suits: {', '.join(SUITS)}"
-            )
-        read = named_suit if arguments.sensors in SUITS else load_suit
-        suit = read(arguments.sensors, with_shapes(motion.body))
-    worn = arguments.sensors if suit is not None and arguments.sensors not in SUITS else None
+    check_people(arguments)
+    motion = chosen_motion(arguments)
+    suit = None if arguments.others else _suit(arguments, motion.body)
+    if arguments.others:
+        motion, suit = people(arguments, motion, _suit)
+    worn = arguments.sensors if arguments.sensors not in (None, *SUITS) else None
     figures = setup_figures(arguments, worn)
     if arguments.raw:
         return _run_raw(arguments, output, motion, suit, options, figures)
@@ -114,6 +103,25 @@ def run(arguments: argparse.Namespace) -> int:
         f"seed {arguments.seed}"
     )
     return SUCCESS
+
+
+def _suit(arguments: argparse.Namespace, body: Body) -> Suit | None:
+    """The suit of `--sensors` on a body; None for the standard one.
+
+    Raises:
+        InputError: no such suit, or one that does not fit.
+    """
+    from mocap_jax.simulation import SUITS, load_suit, named_suit
+    from mocap_jax.simulation.mounting import with_shapes
+
+    if not arguments.sensors:
+        return None
+    if arguments.sensors not in SUITS and not Path(arguments.sensors).is_file():
+        raise InputError(
+            f"{arguments.sensors}: neither a set-up file nor a suit; suits: {', '.join(SUITS)}"
+        )
+    read = named_suit if arguments.sensors in SUITS else load_suit
+    return read(arguments.sensors, with_shapes(body))
 
 
 def _run_raw(
@@ -155,64 +163,3 @@ def _profile(name: str, figures: SetupFigures | None) -> Profile:
     if figures is None:
         return profile
     return dataclasses.replace(profile, stated=dataclasses.replace(profile.stated, **figures.noise))
-
-
-def _load_motion(arguments: argparse.Namespace) -> Motion:
-    from mocap_jax.motion import BUILTIN_MOTIONS, builtin_motion, load_motion
-
-    arguments.motion, stretch = named_stretch(arguments.motion)
-    if arguments.motion in BUILTIN_MOTIONS:
-        _refuse_file_options(arguments)
-        body = chosen_body(arguments)
-        own = arguments.body is None or is_human(arguments.body)
-        if arguments.motion == "routine" or own:
-            return with_stretch(builtin_motion(arguments.motion, body), stretch)
-        return _on_body(with_stretch(builtin_motion(arguments.motion), stretch), body)
-    if not Path(arguments.motion).exists() and not Path(arguments.motion).suffix:
-        known = ", ".join(BUILTIN_MOTIONS)
-        raise InputError(
-            f"{arguments.motion}: neither a file nor a built-in motion; built in: {known}"
-        )
-    _refuse_options_of_other_files(arguments)
-    options = {
-        "skeleton": arguments.skeleton, "fps": arguments.fps, "scale": arguments.scale,
-    }  # fmt: skip
-    try:
-        motion = load_motion(arguments.motion, **options, skip=arguments.skip)
-    except InputError as error:
-        if not arguments.skip:
-            raise
-        load_motion(arguments.motion, **options)  # a fault of the file itself is raised here
-        raise UsageError(f"--skip {arguments.skip}: {error}") from error
-    return _on_body(with_stretch(motion, stretch), chosen_body(arguments, motion))
-
-
-def _on_body(motion: Motion, body: Body | None) -> Motion:
-    """The motion retargeted to a body, if one is given; prints how well that went."""
-    if body is None:
-        return motion
-    from mocap_jax.motion import retarget, retarget_errors, retarget_table
-
-    fitted = retarget(motion, body)
-    print(f"retargeted to another body, leg lengths {fitted.facts['scale']:.3f} times the clip's:")
-    print(retarget_table(retarget_errors(motion, fitted)))
-    return fitted
-
-
-def _refuse_file_options(arguments: argparse.Namespace) -> None:
-    given = [o for o in ("skeleton", "fps", "scale", "skip") if getattr(arguments, o) is not None]
-    if given:
-        raise UsageError(
-            f"--{given[0]} is for motion files, '{arguments.motion}' is a built-in motion"
-        )
-
-
-def _refuse_options_of_other_files(arguments: argparse.Namespace) -> None:
-    from mocap_jax.motion import SCALED_SUFFIXES, SKELETON_SUFFIXES
-
-    suffix = Path(arguments.motion).suffix.lower()
-    for option, valid in (("skeleton", SKELETON_SUFFIXES), ("scale", SCALED_SUFFIXES)):
-        if getattr(arguments, option) is not None and suffix not in valid:
-            raise UsageError(
-                f"--{option} is for {' and '.join(valid)} clips, not for '{arguments.motion}'"
-            )

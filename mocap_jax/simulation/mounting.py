@@ -88,7 +88,8 @@ def _segment_elements(
     """Elements by their own and, where free, by their Xsens names."""
     by_name = dict(elements)
     for name, element in elements.items():
-        by_name.setdefault(xsens_name(name), element)
+        owner, slash, own = name.rpartition("/")  # of several people
+        by_name.setdefault(owner + slash + xsens_name(own), element)
     return by_name
 
 

@@ -1,0 +1,180 @@
+"""Several people in one recording: `simulate MOTION --with MOTION --place X,Y,DEGREES`."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from mocap_jax.cli.exit_codes import UsageError
+from mocap_jax.cli.motion_choice import chosen_motion
+
+if TYPE_CHECKING:
+    from mocap_jax.body import Body
+    from mocap_jax.motion import Motion
+    from mocap_jax.simulation import Suit
+
+NAMES = "abcdefgh"
+"""Of the people: prefixes of all names."""
+_FREQUENCIES = (40_000.0, 33_000.0, 47_000.0)
+"""Of their sources [Hz]: the bands of neighbours pass little of each other (docs/raw.md)."""
+_NEAREST_ROOTS = 0.2
+"""People whose roots come nearer stand in each other [m]."""
+_FILE_OPTIONS = ("skeleton", "fps", "scale", "skip", "height", "mass", "sex", "length")
+
+SuitOf = Callable[[argparse.Namespace, "Body"], "Suit | None"]
+
+
+def add_people_arguments(parser: argparse.ArgumentParser) -> None:
+    """Arguments about the people beside the first."""
+    group = parser.add_argument_group(
+        "several people",
+        "They are a (who performs MOTION), b, c, ...; all wear the suit of --sensors, whose\n"
+        "anchors stand in the room once. Options of MOTION's file and body are for a alone.",
+    )
+    group.add_argument(
+        "--with", dest="others", action="append", default=[], metavar="MOTION",
+        help="what another person performs at the same time (may be repeated)",
+    )  # fmt: skip
+    group.add_argument(
+        "--place", dest="places", action="append", type=_place, default=[], metavar="X,Y[,DEG]",
+        help="turn a --with motion about the vertical [deg], then move it [m]; one for each, in "
+        "their order (--place=-1,0 where X is negative); default: where their files have them",
+    )  # fmt: skip
+    group.add_argument(
+        "--with-body", dest="other_bodies", action="append", default=[], metavar="XML",
+        help="body of a --with motion, as --body is of MOTION; one for each, in their order",
+    )  # fmt: skip
+    group.add_argument(
+        "--frequencies", type=_frequencies, metavar="HZ,HZ,...",
+        help="of everybody's ultrasonic sources; different ones sound at the same time, equal ones "
+        "take turns (default: a's as the suit has them, then 33000, 47000)",
+    )  # fmt: skip
+
+
+def check_people(arguments: argparse.Namespace) -> None:
+    """Refuse options that do not go together.
+
+    Raises:
+        UsageError: naming the option.
+    """
+    others = len(arguments.others)
+    for option, given in (
+        ("--place", arguments.places), ("--with-body", arguments.other_bodies),
+        ("--frequencies", arguments.frequencies),
+    ):  # fmt: skip
+        if given and not others:
+            raise UsageError(f"{option} is for several people: name the others by --with MOTION")
+        count = others + (option == "--frequencies")
+        if given and len(given) != count:
+            raise UsageError(f"{option} is given for {len(given)} of {count} people")
+    if others >= len(NAMES):
+        raise UsageError(f"--with: {others + 1} people; at most {len(NAMES)} have names")
+    if others >= len(_FREQUENCIES) and not arguments.frequencies:
+        raise UsageError(
+            f"--with: {others + 1} people; say the --frequencies of their sources, of which "
+            f"{len(_FREQUENCIES)} are known"
+        )
+
+
+def people(arguments: argparse.Namespace, first: Motion, suit_of: SuitOf) -> tuple[Motion, Suit]:
+    """One motion and one suit of everybody.
+
+    Args:
+        arguments: of the verb, checked.
+        first: the motion of MOTION.
+        suit_of: the suit of `--sensors` on a body; None for the standard one.
+
+    Raises:
+        UsageError: people that stand in each other, or motions that do not go together.
+        InputError: a motion, body or suit that cannot be used.
+    """
+    from mocap_jax.motion import together
+    from mocap_jax.simulation import default_suit, suits_together
+    from mocap_jax.simulation.mounting import with_shapes
+
+    motions = dict(zip(NAMES, [first, *_others(arguments)], strict=False))
+    motions = {name: replace(m, body=with_shapes(m.body)) for name, m in motions.items()}
+    suits = {n: suit_of(arguments, m.body) or default_suit(m.body) for n, m in motions.items()}
+    anchors = suits["a"].anchors  # they stand in the world, once
+    suits = {name: replace(suit, anchors=()) for name, suit in suits.items()}
+    try:
+        both = together(motions, dict(zip(NAMES[1:], arguments.places, strict=False)))
+    except InputError as error:
+        raise UsageError(f"--with: {str(error).removeprefix('together: ')}") from error
+    _check_apart(both)
+    return both, suits_together(_tuned(suits, arguments.frequencies), anchors)
+
+
+def _others(arguments: argparse.Namespace) -> list[Motion]:
+    """Motions of all but the first."""
+    motions = []
+    for i, text in enumerate(arguments.others):
+        own = argparse.Namespace(**vars(arguments))
+        own.motion, own.body = text, (arguments.other_bodies or [None] * (i + 1))[i]
+        for option in _FILE_OPTIONS:
+            setattr(own, option, None)
+        motions.append(chosen_motion(own))
+    return motions
+
+
+def _tuned(suits: dict[str, Suit], frequencies: tuple[float, ...] | None) -> dict[str, Suit]:
+    """Everybody's sources at their own frequency."""
+    if frequencies and not any(suit.sources for suit in suits.values()):
+        raise UsageError("--frequencies: the suit of --sensors has no ultrasonic sources")
+    chosen = frequencies or _FREQUENCIES
+    return {
+        name: suit
+        if i == 0 and not frequencies
+        else replace(suit, sources=tuple(replace(s, frequency=chosen[i]) for s in suit.sources))
+        for i, (name, suit) in enumerate(suits.items())
+    }
+
+
+def _check_apart(both: Motion) -> None:
+    """Refuse people whose roots meet; raises `UsageError`."""
+    import numpy as np
+
+    topology = both.body.topology
+    q = np.asarray(both.trajectory.q)
+    starts = [
+        topology.joint_qpos[j] for j, kind in enumerate(topology.joint_types) if kind == "free"
+    ]
+    for i, start in enumerate(starts):
+        for j, other in enumerate(starts[:i]):
+            way = q[:, start : start + 3] - q[:, other : other + 3]
+            distance = np.linalg.norm(way, axis=1)
+            when, nearest = both.trajectory.time[distance.argmin()], float(distance.min())
+            if nearest < _NEAREST_ROOTS:
+                raise UsageError(
+                    f"--place: {NAMES[j]} and {NAMES[i]} stand in each other (roots {nearest:.2f} "
+                    f"m apart at {when:.2f} s); move {NAMES[i]}, as --place 1.5,0,180 does"
+                )
+
+
+def _place(text: str) -> tuple[float, float, float]:
+    """Read X,Y or X,Y,DEGREES (an argparse type); the turn comes out in radians."""
+    values = _numbers(text)
+    if len(values) not in (2, 3):
+        raise argparse.ArgumentTypeError(f"'{text}' is not X,Y or X,Y,DEGREES")
+    x, y, turn = (*values, 0.0)[:3]
+    return x, y, math.radians(turn)
+
+
+def _frequencies(text: str) -> tuple[float, ...]:
+    """Read frequencies separated by commas (an argparse type)."""
+    values = _numbers(text)
+    if not values or min(values) <= 0:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a list of numbers above zero")
+    return values
+
+
+def _numbers(text: str) -> tuple[float, ...]:
+    """Finite numbers separated by commas; none where some part is no such number."""
+    try:
+        values = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        return ()
+    return values if all(map(math.isfinite, values)) else ()
