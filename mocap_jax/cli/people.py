@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from mocap_jax.cli.exit_codes import UsageError
 from mocap_jax.cli.motion_choice import chosen_motion
+from mocap_jax.errors import InputError
 
 if TYPE_CHECKING:
     from mocap_jax.body import Body
