@@ -8,17 +8,21 @@ import pytest
 
 from mocap_jax.body import load_body
 from mocap_jax.errors import InputError
-from mocap_jax.motion import human, load_motion
+from mocap_jax.motion import Motion, human, load_motion, together
 from mocap_jax.simulation import (
     SUITS,
     VALIDATION,
+    Mounting,
+    Suit,
     default_suit,
     load_suit,
     mount,
     named_suit,
     save_suit,
     simulate,
+    suits_together,
 )
+from mocap_jax.trajectory import Trajectory
 
 BOARDS = {
     "pelvis", "abdomen", "chest", "head",
@@ -163,6 +167,20 @@ def test_names_worn_twice_are_refused(motion, suit):
     worn = mount(motion.body, suit)
     with pytest.raises(InputError, match="site 'base' exists already"):
         mount(worn, suit)
+
+
+def test_xsens_names_hold_for_bodies_of_several_people() -> None:
+    """`a/Pelvis` is what the body of `a` calls `pelvis`."""
+    segment = "<body name='pelvis'><freejoint/><geom size='.1'/></body>"
+    xml = f"<mujoco><worldbody>{segment}</worldbody></mujoco>"
+    one = Motion(
+        "still",
+        load_body(xml),
+        Trajectory(np.arange(9) / 60, np.tile([0, 0, 1, 1, 0, 0, 0.0], (9, 1))),
+    )
+    both = together({"a": one, "b": one})
+    worn = suits_together(dict.fromkeys("ab", Suit((Mounting("belt", "Pelvis", (0, 0, 0)),))))
+    assert mount(both.body, worn).topology.site_names == ("a/belt", "b/belt")
 
 
 def test_bare_bodies_get_capsules():
