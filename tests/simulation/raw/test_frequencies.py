@@ -7,10 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.fft
 from scipy import signal
 
 from mocap_jax.decoding import decode_raw
 from mocap_jax.signals.ultrasonic.arrivals import ArrivalDetector, DetectorOptions
+from mocap_jax.signals.ultrasonic.bands import BandSplitter
 from mocap_jax.signals.ultrasonic.burst import Transducer, envelope
 from mocap_jax.signals.wire import BLOCK_SAMPLES
 from mocap_jax.simulation import SimulationOptions
@@ -48,6 +50,18 @@ def test_a_frequency_that_is_silent_changes_no_distance(motion, suit, tmp_path):
     np.testing.assert_array_equal(one.confidence, two.confidence)
     told = [b"source_frequency_hz" in (tmp_path / f"{n}.raw.mcap").read_bytes() for n in names]
     assert told == [False, True], "older readers refuse the entry: files without need are as before"
+
+
+def test_the_filters_of_40_khz_are_what_they_were_bit_for_bit():
+    """Written out as they were when there was one carrier."""
+    samples = np.random.default_rng(0).integers(-3000, 3000, BLOCK_SAMPLES).astype(np.int16)
+    spectrum, count = scipy.fft.rfft(samples.astype(np.float32)), BLOCK_SAMPLES // 8
+    low, middle, high = (20_480 + k * count // 2 for k in (-1, 0, 1))
+    about = 2.0 / 8 * np.concatenate([spectrum[middle:high], spectrum[low:middle]])
+    splitter = BandSplitter(BLOCK_SAMPLES)
+    bands = splitter.split(samples)
+    np.testing.assert_array_equal(bands.sound, scipy.fft.ifft(about * splitter._narrow))
+    np.testing.assert_array_equal(bands.matched, scipy.fft.ifft(about * splitter._match))
 
 
 def sound(resonators: list[Resonator], source: list[int]) -> np.ndarray:
