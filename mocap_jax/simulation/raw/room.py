@@ -43,7 +43,8 @@ def room_around(
     anchors = rig.data.site_xpos[devices[rig.model.site_bodyid[devices] == 0]]
     worn = emissions.origin[rig.model.site_bodyid[rig.source_sites[source]] > 0]
     heights = np.concatenate([rig.data.site_xpos[rig.board_sites][:, 2], worn[:, 2]])
-    floor = float(heights.min()) - _FLOOR_CLEARANCE if options.floor_m is None else options.floor_m
+    below = float(heights.min(initial=np.inf)) - _FLOOR_CLEARANCE
+    floor = below if options.floor_m is None else options.floor_m
     fixed = anchors[:, 2]
     floor = min(floor, float(fixed.min(initial=np.inf)) - _FIXED_CLEARANCE)
     ceiling = max(floor + options.ceiling_m, float(fixed.max(initial=-np.inf)) + _FIXED_CLEARANCE)

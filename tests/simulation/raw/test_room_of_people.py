@@ -163,6 +163,15 @@ def test_a_source_and_listening_anchors_need_no_board(motion, suit, tmp_path):
     assert trusted.sum() > 200 and np.median(np.abs(error[trusted])) < 0.004
 
 
+def test_anchors_need_nobody(motion):
+    """Survey of a room: what stands in it, sounding and listening, while a body without devices
+    moves."""
+    alone = Suit((), anchors=(EAR, LAMPS[0]))
+    raw = simulate_raw(motion, profile="paper", suit=alone, options=OPTIONS)
+    assert raw.wires == ("anchor/ear",) and raw.recording.setup.sources == ("anchor/left",)
+    assert np.abs(next(raw.chunks())[1]).max() > 100
+
+
 def test_the_room_holds_everything(motion, suit):
     """A lamp above the usual ceiling raises it; an ear low down lowers the floor."""
 
