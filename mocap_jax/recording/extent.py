@@ -62,9 +62,10 @@ def frame_extent(recording: Recording, rate_hz: float | None = None) -> Extent:
 
 
 def _refuse_pause(recording: Recording) -> None:
-    streams = [*recording.inertial.values(), *recording.magnetic.values()]
-    others = [s for s in (recording.ranges, recording.root) if s is not None]
-    time = np.sort(np.concatenate([np.asarray(s.time) for s in (*streams, *others)]))
+    times = [np.asarray(board.time) for board in recording.inertial.values()]
+    times += [np.asarray(field.time) for field in recording.magnetic.values()]
+    times += [np.asarray(s.time) for s in (recording.ranges, recording.root) if s is not None]
+    time = np.sort(np.concatenate(times))
     pause = np.diff(time)
     if len(pause) and (longest := float(pause.max())) > _LONGEST_PAUSE:
         at = int(pause.argmax())
