@@ -60,10 +60,10 @@ def run(arguments: argparse.Namespace) -> int:
         raise UsageError("--workers is for a local cluster; a --scheduler has workers of its own")
     asked = estimation_of(arguments)
     json_file = output_file(arguments.json) if arguments.json else None
-    folder = output_folder(arguments.output)
     from mocap_jax.batch import Summary, run_jobs
 
-    jobs = _jobs(arguments.inputs, folder, asked)
+    jobs = _jobs(arguments.inputs, Path(arguments.output), asked)
+    folder = output_folder(arguments.output)
     kept = {} if arguments.again else {j: r for j in jobs if (r := j.finished) is not None}
     todo = [job for job in jobs if job not in kept]
     if kept:

@@ -10,6 +10,7 @@ from mocap_jax.cli.exit_codes import UsageError, unknown_choice
 from mocap_jax.cli.files import exit_code, output_file, read_input, write_text
 from mocap_jax.cli.human_text import HUMAN_FORM, human_of, is_human, read_human
 from mocap_jax.cli.parser import add_json_argument, positive_float
+from mocap_jax.errors import InputError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -159,4 +160,8 @@ def _pose(choice: str | None, recording: Recording, body: Body) -> np.ndarray | 
         if recording.setup.rest is None:
             raise UsageError("--pose declared: the recording declares no rest hold")
         return declared_pose(recording.setup.rest, body)
-    return declared_pose(dataclasses.replace(RestHold(0.0, 1.0), pose=read_pose(choice)), body)
+    rest = dataclasses.replace(RestHold(0.0, 1.0), pose=read_pose(choice))
+    try:
+        return declared_pose(rest, body)
+    except InputError as error:
+        raise InputError(f"{choice}: {str(error).removeprefix('setup.toml: ')}") from error

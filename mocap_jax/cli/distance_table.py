@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from mocap_jax.calibration import KnownDistance
     from mocap_jax.recording import Recording
 
+# Farther than any ultrasonic source is heard [m].
+_FARTHEST = 20.0
 _NEEDED = ("source", "true_m")
 _COLUMNS = (*_NEEDED, "measured_m", "receiver", "recording", "start_s", "end_s")
 
@@ -137,6 +139,11 @@ def _true(row: dict[str, str], where: str) -> float:
     value = _number(row["true_m"], where, "true_m")
     if not value > 0:
         raise InputError(f"{where}: source '{row['source']}': true_m {value:g} is not above zero")
+    if value > _FARTHEST:
+        raise InputError(
+            f"{where}: true_m {value:g}: probably millimetres; expected metres (at most "
+            f"{_FARTHEST:g})"
+        )
     return value
 
 

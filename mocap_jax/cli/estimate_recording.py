@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 def body_asked_for(text: str | None) -> Body | None:
     """The body of `--body`; None for the recording's own."""
     if is_human(text):
-        return human_of(read_human(text or ""))
+        where = f"--body {text} (height, mass, sex or the length of a segment)"
+        return human_of(read_human(text or ""), where)
     return read_body(text) if text else None
 
 
@@ -58,6 +59,7 @@ def estimate_recording(
         InputError: what is wrong with the recording or the body.
         UsageError: what is asked for does not go with the recording.
     """
+    from mocap_jax.estimate.inputs import measures_root
     from mocap_jax.io import validate_recording
 
     whole = corrected(asked.setup, whole, warn)
@@ -65,7 +67,7 @@ def estimate_recording(
     if body is not None and (is_human(asked.body) or is_skeleton(asked.body)):
         recording, body = _dressed(recording, body, source, asked.body or "")
     validate_recording(recording, body, name=str(source), body_name=asked.body or "body.xml")
-    if asked.root == "given" and recording.root is None:
+    if asked.root == "given" and not measures_root(recording):
         raise UsageError(f"--root given: {source} has no root pose (topic /root); valid: free")
     suspicions = _suspicions(recording, body)
     for sentence in suspicions:
@@ -110,9 +112,9 @@ def _suspicions(recording: Recording, body: Body | None) -> tuple[str, ...]:
     """Sensors that look swapped, turned, cut short or of wrong unit."""
     from mocap_jax.estimate.inputs import mounting_remarks
     from mocap_jax.initialise import check_sensors
-    from mocap_jax.recording import ragged_ends
+    from mocap_jax.recording import ragged_ends, unlisted_boards
 
     return (
         *mounting_remarks(recording), *check_sensors(recording, body).sentences,
-        *ragged_ends(recording),
+        *ragged_ends(recording), *unlisted_boards(recording),
     )  # fmt: skip

@@ -20,9 +20,10 @@ if TYPE_CHECKING:
 # Arguments that name files, by what becomes of them.
 _INPUTS = (
     "recording", "recordings", "table", "setup", "solution", "solutions", "reference", "motion",
-    "file", "body", "skeleton", "sensors", "sources", "mapping", "initial", "inputs",
+    "motions", "file", "body", "skeleton", "sensors", "sources", "mapping", "initial", "inputs",
+    "pose",
 )  # fmt: skip
-_OUTPUTS = ("output", "json")
+_OUTPUTS = ("output", "json", "plot")
 
 
 def output_file(path: str | os.PathLike[str], suffixes: Iterable[str] = ()) -> Path:
@@ -46,6 +47,8 @@ def output_file(path: str | os.PathLike[str], suffixes: Iterable[str] = ()) -> P
         raise InputError(f"{file}: cannot be written, '{folder}' is not an existing folder")
     if file.is_dir():
         raise InputError(f"{file}: is a folder; name the file to write")
+    if file.exists() and not file.is_file():  # a device or a pipe would be replaced by a file
+        raise InputError(f"{file}: is not a regular file; name another")
     if not os.access(folder, os.W_OK):
         raise InputError(f"{file}: cannot be written, no permission to write in '{folder}'")
     return file

@@ -58,8 +58,12 @@ def read_human(text: str) -> HumanSize:
     return HumanSize(height, mass, sex, numbers)
 
 
-def human_of(size: HumanSize) -> Body:
+def human_of(size: HumanSize, lengths_from: str = "--length") -> Body:
     """The body; of average build for its height where no mass is given.
+
+    Args:
+        size: what to make it from.
+        lengths_from: what the user wrote lengths of segments in.
 
     Raises:
         UsageError: a value outside its range, an unknown sex or segment.
@@ -73,7 +77,7 @@ def human_of(size: HumanSize) -> Body:
         check_size(height=height)
     with value_of("--mass"):
         check_size(mass=mass)
-    with value_of("--length"):
+    with value_of(lengths_from):
         return human(height, mass, size.sex, size.lengths)
 
 

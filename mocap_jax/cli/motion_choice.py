@@ -46,10 +46,13 @@ def chosen_motion(arguments: argparse.Namespace) -> Motion:
         if arguments.motion == "routine" or own:
             return with_stretch(builtin_motion(arguments.motion, body), stretch)
         return _on_body(with_stretch(builtin_motion(arguments.motion), stretch), body)
+    if Path(arguments.motion).is_dir():  # also the empty name
+        raise InputError(f"'{arguments.motion}': this is a folder; name a motion file in it")
     if not Path(arguments.motion).exists() and not Path(arguments.motion).suffix:
         known = ", ".join(BUILTIN_MOTIONS)
         raise InputError(
-            f"{arguments.motion}: neither a file nor a built-in motion; built in: {known}"
+            f"{arguments.motion}: neither a file nor a built-in motion; built in: {known} (a "
+            "stretch of one, in seconds: walking:2-7)"
         )
     _refuse_options_of_other_files(arguments)
     options = {

@@ -84,7 +84,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the verb."""
-    folder = output_folder(arguments.output)
     from mocap_jax.placement import place, study_record, write_placement
     from mocap_jax.report import write_placement_picture
 
@@ -94,6 +93,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise UsageError(str(error)) from error
     motions = [_motion(text, arguments) for text in arguments.motions]
     body = motions[0].body
+    folder = output_folder(arguments.output)
     study = place(body, motions, options, progress=sys.stderr.isatty())
     for rank, placement in enumerate(study.placements, start=1):
         write_placement(folder, f"placement{rank}", study, placement)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from mocap_jax.cli.estimate_recording import body_asked_for, estimate_recording
 from mocap_jax.cli.estimation import add_estimation_arguments, estimation_of
-from mocap_jax.cli.exit_codes import FAILURE
+from mocap_jax.cli.exit_codes import FAILURE, UsageError
 from mocap_jax.cli.files import exit_code, output_file, read_input
 from mocap_jax.cli.parser import add_json_argument
 from mocap_jax.cli.results import describe_solution, ends_before_scores, to_json, write_json
@@ -37,6 +37,11 @@ def run(arguments: argparse.Namespace) -> int:
     output = output_file(
         arguments.output or source.with_name(f"{source.stem}.solution.mcap"), (".mcap",)
     )
+    if asked.initial is not None and output.resolve() == Path(asked.initial).resolve():
+        raise UsageError(
+            f"{arguments.initial}: --output would overwrite what --initial names; give it a name "
+            "of its own"
+        )
     json_file = output_file(arguments.json) if arguments.json else None
     from mocap_jax.io import write_solution
 

@@ -28,9 +28,18 @@ def uses_root(recording: Recording, root: str) -> bool:
     Raises:
         InputError: "given", but the recording has no measured root.
     """
-    if root == "given" and recording.root is None:
+    if root == "given" and not measures_root(recording):
         raise InputError("root='given': the recording has no measured root (valid: auto, free)")
-    return root != "free" and recording.root is not None
+    return root != "free" and measures_root(recording)
+
+
+def measures_root(recording: Recording) -> bool:
+    """Whether the recording has a root pose that is not missing throughout."""
+    root = recording.root
+    return root is not None and bool(
+        (np.isfinite(np.asarray(root.position)).all(axis=1)
+         & np.isfinite(np.asarray(root.orientation)).all(axis=1)).any()
+    )  # fmt: skip
 
 
 def measures_orientation(recording: Recording) -> bool:

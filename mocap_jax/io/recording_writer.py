@@ -15,6 +15,7 @@ from mocap_jax.io.array_archive import pack_arrays
 from mocap_jax.io.mcap_trajectory import add_trajectory
 from mocap_jax.io.mcap_write import McapFile, stamps_from_seconds
 from mocap_jax.io.setup_toml import setup_to_toml
+from mocap_jax.io.stream_shapes import check_shapes
 from mocap_jax.io.topics import (
     INERTIAL,
     MAGNETIC,
@@ -51,13 +52,14 @@ def write_recording(path: str | os.PathLike[str], recording: Recording) -> None:
         recording: what to write.
 
     Raises:
-        InputError: the file cannot be written, or a time is not finite.
+        InputError: the file cannot be written, a time is not finite, or an array has a wrong shape.
     """
     mcap_file(recording, "recording").write(path)
 
 
 def mcap_file(recording: Recording, kind: str) -> McapFile:
     """The content of a recording's file (see `write_recording`)."""
+    check_shapes(recording)
     file = McapFile(kind, recording.start_utc_ns, {"subject": recording.subject})
     if recording.body_xml is not None:
         file.attach("body.xml", "application/xml", recording.body_xml)

@@ -7,7 +7,14 @@ import numpy as np
 from mocap_jax.body import Body, load_body
 from mocap_jax.body.topology import QPOS_WIDTH
 from mocap_jax.errors import InputError, unknown_name
-from mocap_jax.recording import InertialStream, MagneticStream, RangeStream, Recording, RootStream
+from mocap_jax.recording import (
+    InertialStream,
+    MagneticStream,
+    RangeStream,
+    Recording,
+    RootStream,
+    frame_extent,
+)
 
 # Farther than any room that ultrasonic sources fill [m].
 _MAX_DISTANCE = 20.0
@@ -17,6 +24,8 @@ _MAX_RATE = 60.0
 _MIN_GRAVITY, _MAX_GRAVITY = 4.0, 100.0
 # The Earth's field is 25 to 65 microtesla [T].
 _MAX_FIELD = 1e-2
+# Nobody moves as fast for long, and a measured root in millimetres seems to [m/s].
+_MAX_SPEED = 50.0
 _QUATERNION_TOLERANCE = 1e-3
 
 
@@ -36,9 +45,10 @@ def validate_recording(
 
     Raises:
         InputError: no body, no measurements, an empty stream, stamps that are not finite or go
-            backwards, wrong units, quaternions that are not unit, distances or confidences out of
-            range, sensors, sources, receivers or joints that the body does not have (the valid
-            ones are listed).
+            backwards, fewer than four frames or a pause of minutes, wrong units, quaternions that
+            are not unit, distances or confidences out of range, a rest hold outside the recording,
+            sensors, sources, receivers or joints that the body does not have (the valid ones are
+            listed).
     """
     at_fault = f"{name}: body.xml" if body is None else body_name
     body = body or _own_body(recording, name)
@@ -53,6 +63,7 @@ def validate_recording(
         _check_root(f"{name}: /root", recording.root)
     if recording.ranges is not None:
         _check_ranges(f"{name}: /range", recording.ranges)
+    _check_extent(recording, name)
     _check_sites(recording, body, at_fault)
     _check_rest(recording, body, name)
 
@@ -68,11 +79,21 @@ def validate_stream(stream: InertialStream, name: str) -> None:
 
 def _own_body(recording: Recording, name: str) -> Body:
     if recording.body_xml is None:
-        raise InputError(f"{name}: no body model (attachment body.xml is absent): give one")
+        raise InputError(
+            f"{name}: no body model (attachment body.xml is absent): give one (--body, or the "
+            "argument body)"
+        )
     try:
         return load_body(recording.body_xml)
     except InputError as error:
         raise InputError(f"{name}: body.xml: {error}") from error
+
+
+def _check_extent(recording: Recording, name: str) -> None:
+    try:
+        frame_extent(recording)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from error
 
 
 def _check_time(where: str, time: np.ndarray, *, repeats: bool = False) -> None:
@@ -160,6 +181,13 @@ def _check_root(where: str, root: RootStream) -> None:
     _check_unit(where, np.asarray(root.orientation))
     if np.nanmax(np.abs(np.asarray(root.position)), initial=0.0) > 1e4:
         raise InputError(f"{where}: positions exceed 10 km: expected metres")
+    speed = np.linalg.norm(np.diff(np.asarray(root.position), axis=0), axis=1) / np.diff(time)
+    speed = speed[np.isfinite(speed)]
+    if speed.size and (usual := float(np.median(speed))) > _MAX_SPEED:
+        raise InputError(
+            f"{where}: positions move at {usual:.4g} m/s in the median: probably millimetres; "
+            "expected metres"
+        )
 
 
 def _check_ranges(where: str, ranges: RangeStream) -> None:
@@ -213,10 +241,17 @@ def _check_sites(recording: Recording, body: Body, body_name: str) -> None:
 
 
 def _check_rest(recording: Recording, body: Body, name: str) -> None:
-    if recording.setup.rest is None:
+    rest = recording.setup.rest
+    if rest is None:
         return
+    first, last = recording.interval
+    if rest.start > last or rest.end < first:
+        raise InputError(
+            f"{name}: the declared rest hold, {rest.start:.2f} to {rest.end:.2f} s, is outside the "
+            f"recording, {first:.2f} to {last:.2f} s"
+        )
     topology = body.topology
-    for joint, values in recording.setup.rest.pose.items():
+    for joint, values in rest.pose.items():
         if joint not in topology.joint_names:
             error = unknown_name("joint", joint, topology.joint_names)
             raise InputError(f"{name}: rest pose: {error}")

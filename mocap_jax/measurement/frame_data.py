@@ -14,7 +14,13 @@ from jaxtyping import Float, Int
 
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError, unknown_name
-from mocap_jax.recording import InertialStream, RangeStream, Recording, RootStream
+from mocap_jax.recording import (
+    InertialStream,
+    RangeStream,
+    Recording,
+    RootStream,
+    frame_extent,
+)
 
 ArrayLike = jax.Array | np.ndarray
 
@@ -75,7 +81,8 @@ def gather(
         rate_hz: grid rate; default the highest inertial rate (or 120 Hz without inertial data).
 
     Raises:
-        InputError: unknown kind, no usable stream, or a sensor without a site in the body.
+        InputError: unknown kind, no usable stream, a span that no grid fits (`frame_extent`), or a
+            sensor without a site in the body.
     """
     unknown = set(kinds) - set("AGDOM")
     if unknown or not kinds:
@@ -129,21 +136,8 @@ def site_of_sensor(body: Body, name: str, site_of: dict[str, str]) -> int:
 
 
 def _grid(recording: Recording, rate_hz: float | None) -> np.ndarray:
-    streams = [np.asarray(s.time) for s in recording.inertial.values() if len(s.time) > 1]
-    if rate_hz is None:
-        steps = [float(np.median(np.diff(t))) for t in streams]
-        rate_hz = 1.0 / min(steps) if steps else 120.0
-    if streams:
-        first = min(streams, key=lambda t: t[0])
-        start, end = float(first[0]), max(float(t[-1]) for t in streams)
-    else:
-        start, end = recording.interval
-    count = int(np.floor((end - start) * rate_hz + 1e-3)) + 1
-    if count < 4:
-        raise InputError(
-            f"the recording spans {end - start:.3f} s, fewer than 4 frames at {rate_hz:g} Hz"
-        )
-    return start + np.arange(count) / rate_hz
+    extent = frame_extent(recording, rate_hz)
+    return extent.start + np.arange(extent.frames) / extent.rate_hz
 
 
 def _resample(stream_time: np.ndarray, values: np.ndarray, time: np.ndarray) -> np.ndarray:

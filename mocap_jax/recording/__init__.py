@@ -9,6 +9,7 @@ from mocap_jax.recording.calibration import (
 )
 from mocap_jax.recording.cut import CUT_START, CUT_STOP, cut
 from mocap_jax.recording.driver_box import DriverBox
+from mocap_jax.recording.extent import Extent, frame_extent
 from mocap_jax.recording.ragged_ends import ragged_ends
 from mocap_jax.recording.recording import Recording, Truth
 from mocap_jax.recording.setup import NoiseFigures, RestHold, SensorSpec, Setup
@@ -19,10 +20,13 @@ from mocap_jax.recording.streams import (
     RootStream,
     TemperatureStream,
 )
+from mocap_jax.recording.unlisted import unlisted_boards
 
 __all__ = [
     "CUT_START", "CUT_STOP", "AxisCalibration", "AxisNoise", "Calibration", "DriverBox",
+    "Extent",
     "InertialStream", "MagneticStream", "NoiseFigures", "RangeStream", "Recording", "RestHold",
     "RootStream", "SensorSpec", "Setup", "SourceOffset", "TemperatureStream", "Truth",
-    "calibrated", "cut", "ragged_ends", "uncalibrated", "with_calibration",
+    "calibrated", "cut", "frame_extent", "ragged_ends", "uncalibrated", "unlisted_boards",
+    "with_calibration",
 ]  # fmt: skip

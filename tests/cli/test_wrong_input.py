@@ -109,6 +109,30 @@ def test_given_root_that_is_not_there(refused, recording, tmp_path):
     refused(["reconstruct", path, "--root", "given"], USAGE, "rootless.mcap", "/root")
 
 
+def test_given_root_that_is_missing_throughout(refused, recording, tmp_path):
+    path = tmp_path / "rootless.mcap"
+    root = dataclasses.replace(
+        recording.root, position=np.full((len(recording.root.time), 3), np.nan)
+    )
+    write_recording(path, dataclasses.replace(recording, root=root))
+    refused(["reconstruct", path, "--root", "given"], USAGE, "rootless.mcap", "/root")
+
+
+def test_clock_that_jumps_by_a_day(refused, recording, tmp_path):
+    path = tmp_path / "jump.mcap"
+    late = lambda s: dataclasses.replace(s, time=s.time + 86400.0 * (s.time > 1.5))  # noqa: E731
+    boards = {name: late(board) for name, board in recording.inertial.items()}
+    jumped = dataclasses.replace(recording, inertial=boards, root=late(recording.root))
+    write_recording(path, jumped)
+    refused(["reconstruct", path, "--method", "ekf"], FAILURE, "jump.mcap", "86400 s", "cut")
+
+
+def test_known_distances_in_millimetres(refused, tmp_path):
+    table = tmp_path / "known.csv"
+    table.write_text("source,true_m,measured_m\na,300,310\n")
+    refused(["calibrate", "offsets", table], FAILURE, "known.csv: line 2", "millimetres")
+
+
 # Bodies
 
 
@@ -154,6 +178,16 @@ def test_missing_body(refused, recording_file, tmp_path):
 def test_motion_that_is_neither_file_nor_builtin(refused, tmp_path):
     arguments = ["simulate", "dancing", "-o", tmp_path / "a.mcap"]
     refused(arguments, FAILURE, "dancing", "walking", "routine")
+
+
+@pytest.mark.parametrize("motion", ["walking:0-3s", "walking:0"])
+def test_stretch_that_is_none(refused, tmp_path, motion):
+    arguments = ["simulate", motion, "-o", tmp_path / "a.mcap"]
+    refused(arguments, FAILURE, motion, "walking:2-7")
+
+
+def test_folder_instead_of_a_motion(refused, tmp_path):
+    refused(["simulate", tmp_path, "-o", tmp_path / "a.mcap"], FAILURE, "this is a folder")
 
 
 def test_motion_of_unknown_format(refused, tmp_path):

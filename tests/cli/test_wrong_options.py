@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from pathlib import Path
 
 import pytest
@@ -48,6 +49,54 @@ def test_the_rest_hold_alone_is_reconstructed_without_errors(run, recording, tmp
     assert outcome.code == 0, outcome
     assert "no errors" in outcome.out
     assert (tmp_path / "cut.solution.mcap").is_file()
+
+
+def test_default_output_is_not_written_over_the_start(refused, recording_file, tmp_path):
+    start = tmp_path / "still.solution.mcap"
+    start.write_bytes(b"kept")
+    refused(["reconstruct", recording_file, "--initial", start], USAGE, "overwrite", "--initial")
+    assert start.read_bytes() == b"kept"
+
+
+def test_pipe_is_not_replaced_by_a_file(refused, recording_file, tmp_path):
+    pipe = tmp_path / "pipe.json"
+    os.mkfifo(pipe)
+    refused(["reconstruct", recording_file, "--json", pipe], FAILURE, "pipe.json", "regular file")
+    assert pipe.is_fifo()
+
+
+def test_misspelt_height_of_the_human_names_body(refused, recording_file):
+    arguments = ["reconstruct", recording_file, "--body", "human:heigth=1.8"]
+    refused(arguments, USAGE, "--body human:heigth=1.8", "'heigth'", "height", "UpperLeg")
+
+
+@pytest.mark.parametrize("option", ["--body", "--setup"])
+def test_batch_with_a_missing_file_makes_no_folder(refused, recording_file, tmp_path, option):
+    arguments = ["batch", recording_file, "-o", tmp_path / "results", option, tmp_path / "none.xml"]
+    refused(arguments, FAILURE, "none.xml")
+
+
+def test_batch_of_missing_recordings_makes_no_folder(refused, tmp_path):
+    refused(["batch", tmp_path / "none.mcap", "-o", tmp_path / "results"], FAILURE, "none.mcap")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        (["walkin"], FAILURE, ("walkin", "walking")),
+        (["walking", "--objective", "B"], USAGE, ("'B'", "worst")),
+        (["walking", "-n", "0"], USAGE, ("1 or more",)),
+    ],
+)
+def test_refused_placement_makes_no_folder(refused, tmp_path, arguments, code, words):
+    refused(["place", *arguments, "-o", tmp_path / "placement"], code, *words)
+
+
+@pytest.mark.parametrize(("pose", "word"), [("Knee = [0.1]", "Knee"), ("T8 = [0.1]", "ball")])
+def test_wrong_pose_names_its_file(refused, recording_file, tmp_path, pose, word):
+    (tmp_path / "pose.toml").write_text(pose)
+    arguments = ["calibrate", "mounting", recording_file, "-o", tmp_path / "worn.mcap"]
+    refused([*arguments, "--pose", tmp_path / "pose.toml"], FAILURE, "pose.toml: ", word)
 
 
 def test_unknown_sensor_kind(refused, recording_file):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import jax
 import numpy as np
 import pytest
 from io_samples import SENSORS, random_recording
@@ -16,7 +17,9 @@ from mocap_jax.recording import RestHold
 
 @pytest.fixture()
 def recording(body):
-    return random_recording(body, n=60)
+    random = random_recording(body, n=60)
+    # Nobody jumps a metre between two samples.
+    return replace(random, root=replace(random.root, position=1e-3 * random.root.position))
 
 
 def with_pelvis(recording, **changes):
@@ -32,6 +35,14 @@ def spoiled(values, at, value):
     values = np.array(values)
     values[at] = value
     return values
+
+
+def paused(recording, seconds):
+    """Every stream stops after its first ten samples, and goes on later."""
+    rows = np.arange(60)
+    time = 0.01 * rows + np.where(rows < 10, 0.0, seconds - 0.01)
+    streams = {name: replace(s, time=time) for name, s in recording.inertial.items()}
+    return replace(recording, inertial=streams, magnetic={}, ranges=None, root=None)
 
 
 FAULTS = {
@@ -66,6 +77,20 @@ FAULTS = {
     ),
     "/root: orientation 2 is not a unit": lambda r: replace(
         r, root=replace(r.root, orientation=spoiled(r.root.orientation, 2, 0.0))
+    ),
+    "/root: positions move at .* m/s in the median: probably millimetres": lambda r: replace(
+        r, root=replace(r.root, position=np.cumsum(np.full((len(r.root.time), 3), 9.0), axis=0))
+    ),
+    "nothing was measured for 1000 s, from .* cut out one stretch": lambda r: paused(r, 1000.0),
+    "spans 0.000 s, fewer than 4 frames": lambda r: replace(
+        r,
+        inertial={"pelvis": jax.tree.map(lambda x: x[:1], r.inertial["pelvis"])},
+        magnetic={},
+        ranges=None,
+        root=None,
+    ),
+    "the declared rest hold, 100.00 to 101.00 s, is outside the recording": lambda r: replace(
+        r, setup=replace(r.setup, rest=RestHold(100.0, 101.0))
     ),
     "/root: time goes backwards": lambda r: replace(r, root=replace(r.root, time=-r.root.time)),
     "expected tesla": lambda r: replace(
@@ -125,3 +150,7 @@ def test_accelerometers_of_a_weightless_body_may_read_zero(recording) -> None:
 def test_missing_values_are_sound(recording) -> None:
     validate_recording(with_pelvis(recording, gyroscope=np.full((60, 3), np.nan)))
     validate_recording(with_pelvis(recording, accelerometer=np.full((60, 3), np.nan)))
+
+
+def test_pauses_of_a_minute_are_sound(recording) -> None:
+    validate_recording(paused(recording, 60.0))

@@ -1,0 +1,77 @@
+"""How far a recording reaches, and whether a frame grid over it makes sense."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mocap_jax.errors import InputError
+from mocap_jax.recording.recording import Recording
+
+# Frames are made for pauses as well. A longer one is a clock that jumped, or sessions that were
+# joined, and its empty frames would fill the memory [s].
+_LONGEST_PAUSE = 120.0
+_FEWEST_FRAMES = 4
+# Of the frame grid where no board says another [Hz].
+_RATE_WITHOUT_BOARDS = 120.0
+
+
+class Extent(NamedTuple):
+    """Where a uniform frame grid starts and ends, and its rate."""
+
+    start: float
+    """[s]"""
+    end: float
+    """[s]"""
+    rate_hz: float
+
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return int(np.floor((self.end - self.start) * self.rate_hz + 1e-3)) + 1
+
+
+def frame_extent(recording: Recording, rate_hz: float | None = None) -> Extent:
+    """From the first inertial sample to the last; of all streams where there are no such.
+
+    Args:
+        recording: its streams must not be empty, nor their times run backwards.
+        rate_hz: of the grid; default the highest inertial rate (or 120 Hz without inertial data).
+
+    Raises:
+        InputError: fewer than four frames, or a pause in which nothing at all was measured for
+            longer than two minutes.
+    """
+    streams = [np.asarray(s.time) for s in recording.inertial.values() if len(s.time) > 1]
+    if rate_hz is None:
+        steps = [float(np.median(np.diff(t))) for t in streams]
+        rate_hz = 1.0 / min(steps) if steps else _RATE_WITHOUT_BOARDS
+    if streams:
+        start, end = min(float(t[0]) for t in streams), max(float(t[-1]) for t in streams)
+    else:
+        start, end = recording.interval
+    extent = Extent(start, end, rate_hz)
+    if extent.frames < _FEWEST_FRAMES:
+        raise InputError(
+            f"what was measured spans {end - start:.3f} s, fewer than {_FEWEST_FRAMES} frames at "
+            f"{rate_hz:g} Hz"
+        )
+    _refuse_pause(recording)
+    return extent
+
+
+def _refuse_pause(recording: Recording) -> None:
+    times = [np.asarray(board.time) for board in recording.inertial.values()]
+    times += [np.asarray(field.time) for field in recording.magnetic.values()]
+    times += [np.asarray(s.time) for s in (recording.ranges, recording.root) if s is not None]
+    time = np.sort(np.concatenate(times))
+    pause = np.diff(time)
+    if len(pause) and (longest := float(pause.max())) > _LONGEST_PAUSE:
+        at = int(pause.argmax())
+        raise InputError(
+            f"nothing was measured for {longest:.0f} s, from {time[at]:.2f} s to "
+            f"{time[at + 1]:.2f} s (at most {_LONGEST_PAUSE:g} s): a clock that jumped, or "
+            "recordings that were joined; cut out one stretch (mocap-jax cut --from S --to S, or "
+            "mj.cut)"
+        )
