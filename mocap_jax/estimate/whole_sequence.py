@@ -94,7 +94,7 @@ def solve_sequence(
         )
         built = with_measured_rotation(built, data, options)
         built, told = with_gravity(built, recording, body, options.gravity, options.rate_hz)
-        run = Run(recording, body, data, built, options, root_given=root_given)
+        run = Run(recording, body, data, built, options)
         if initial is None:
             programs: list[Future[None]] = []
             queue = lambda: programs.extend(compile_ahead(run.problem))  # noqa: E731

@@ -77,7 +77,7 @@ def _prepare(options: mj.OptimiseOptions) -> tuple[SequenceProblem, State, dict[
     data = jax.tree.map(lambda x: x[-FRAMES:] if np.ndim(x) else x, whole)
     built = build(data, body, recording.setup, options, root_given=False)
     built = with_measured_rotation(built, data, options)
-    run = Run(recording, body, data, built, options, root_given=False)
+    run = Run(recording, body, data, built, options)
     start = mj.orientation_pass(
         recording, own,
         options=mj.OrientationPassOptions(

@@ -11,6 +11,7 @@ from mocap_jax import so3
 from mocap_jax.body import Body, site_segments
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.contact.contacts import Contacts
+from mocap_jax.estimate.free_roots import FreeRoot, free_roots
 from mocap_jax.estimate.sequence.corrections import correction_fields, slope_terms, walk_of
 from mocap_jax.estimate.sequence.coupled import coupled_coordinates
 from mocap_jax.estimate.sequence.knees import knee_hinges
@@ -52,6 +53,8 @@ class Built:
     """How biases walk; None where they stay."""
     contacts: Contacts | None = None
     """Feet that stand; None where they are not looked for."""
+    roots: tuple[FreeRoot, ...] = ()
+    """Roots of the people in the body."""
 
 
 def build(
@@ -83,13 +86,14 @@ def build(
     user = (*options.user_residuals, *knees, *coupled)
     usual = on_body(body, options.pose_prior, options.prior.share_sigma)
     rest = rest_frames(data, setup)
+    roots = free_roots(data, body.topology, root_given=root_given)
     contacts = _contacts(data, body, setup, options, rest, root_given=root_given)
     layout = _layout(data, body, options, user, usual, contacts)
     walking = walk_of(data, layout.gyroscope_steps, layout.accelerometer_steps)
     inertial = _inertial(data, options)
     terms = Terms(
         **_readings(data, setup, inertial, layout),
-        **pose_fields(data, body, setup, options, rest, usual, root_given=root_given),
+        **pose_fields(data, body, setup, options, rest, usual, roots),
         user_data=(*_data_of(options.user_residuals, user_data), *knee_data, *coupled_data),
         user_mask=tuple(_user_mask(r, len(data.time)) for r in user),
         walk=(walking.at_frames,) if walking else (),
@@ -97,7 +101,7 @@ def build(
     )
     weights = _weights(options, float(data.step), usual, contacts)
     variance = _variances(data, setup, options, inertial, layout)
-    return Built(layout, terms, weights, rest, variance, walking, contacts)
+    return Built(layout, terms, weights, rest, variance, walking, contacts, roots)
 
 
 class _Inertial(NamedTuple):
