@@ -9,7 +9,8 @@ import numpy as np
 from jaxtyping import Float
 
 from mocap_jax import so3
-from mocap_jax.estimate.sequence.layout import Constants, Corrections, Geometry, Layout
+from mocap_jax.estimate.sequence.constants import Constants, Corrections, Geometry
+from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.walk import Walk
 from mocap_jax.solution import Solution
 

@@ -12,8 +12,8 @@ from mocap_jax.body.coupling import coupling_elements
 from mocap_jax.body.piecewise import straight
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.sequence.coupled import coupled_coordinates
-from mocap_jax.estimate.sequence.layout import COUPLINGS, UserResidual
 from mocap_jax.estimate.sequence.terms import _check_names
+from mocap_jax.estimate.sequence.user_residuals import COUPLINGS, UserResidual
 
 XML = """<mujoco><worldbody><body name="a"><joint name="lead" axis="0 0 1"/><joint name="own"
 axis="1 0 0"/><geom size="0.1"/></body></worldbody>{custom}</mujoco>"""

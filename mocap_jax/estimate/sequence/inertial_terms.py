@@ -16,6 +16,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from mocap_jax import so3
+from mocap_jax.estimate.sequence.constants import Constants
 from mocap_jax.estimate.sequence.corrected import force_rotation, forces, rates
 from mocap_jax.estimate.sequence.correction_terms import acceleration_columns, rate_columns
 from mocap_jax.estimate.sequence.geometry_terms import AccelerationRows
@@ -23,7 +24,7 @@ from mocap_jax.estimate.sequence.inertial_residuals import (
     InertialResiduals,
     robust_information,
 )
-from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
+from mocap_jax.estimate.sequence.layout import Layout, Terms, Weights
 from mocap_jax.estimate.sequence.orientation_terms import add_orientations
 from mocap_jax.estimate.sequence.site_information import (
     SiteInformation,
