@@ -12,7 +12,7 @@ import numpy as np
 from mocap_jax.body import Body
 from mocap_jax.body.topology import FREE, SLIDE
 from mocap_jax.estimate.filter_data import filter_data
-from mocap_jax.estimate.filter_frame import FilterModel, FrameInput, Parameters
+from mocap_jax.estimate.filter_model import FilterModel, FrameInput, Parameters
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.free_roots import FreeRoot, free_roots
 from mocap_jax.estimate.gravity_reference import frame_gravity, gravity_figures

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mocap_jax.body import Body
-from mocap_jax.estimate.filter_frame import FrameInput
+from mocap_jax.estimate.filter_model import FrameInput
 from mocap_jax.kalman import Innovation
 from mocap_jax.measurement import FrameData
 
