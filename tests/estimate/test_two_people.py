@@ -82,6 +82,9 @@ def test_devices_of_bodies_are_named_like_those_of_suits() -> None:
     bare, both = together({"a": one, "b": one}).body, suits_together({"a": suit, "b": suit})
     assert set(sites) == set(mount(bare, both).topology.site_names)
     assert {"anchor/a/door", "anchor/b/door", "a/trunk"} <= set(sites)
+    # Anchors belong to the room: who is put elsewhere does not take them along.
+    moved = together({"a": dressed, "b": dressed}, {"b": (2.0, 0.0, 1.0)}).body
+    np.testing.assert_allclose(moved.site_pos[moved.site_index("anchor/b/door")], (1.0, 0.0, 2.0))
 
 
 def _still(body: mj.Body) -> Motion:
