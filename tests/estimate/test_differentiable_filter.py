@@ -120,7 +120,7 @@ def test_gradients_with_joint_limits_are_those_of_differences() -> None:
         h = 1e-4
         expected = (at(-2 * h) - 8 * at(-h) + 8 * at(h) - at(2 * h)) / (12 * h)
         assert abs(expected) > 1e-3, i
-        # JAX's logarithm of a normal's far tail is a short series, its derivative is not that of it.
+        # JAX's logarithm of a normal's far tail is a short series, whose derivative differs.
         assert float(gradient[i]) == pytest.approx(expected, rel=1e-4), i
 
 

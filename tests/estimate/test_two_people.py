@@ -132,7 +132,10 @@ def test_distances_between_bodies_hold_the_second_one(recording: Recording) -> N
 def test_whoever_hears_the_ceiling_declared_places_are_guesses(
     recording: Recording, hearing: str
 ) -> None:
-    """Both are declared away from where they stand, each to another side, and are found."""
+    """Both are declared a quarter of a metre away from where they stand, and are found.
+
+    By way of the other person alone, seconds of ranges tell a root to 8 cm (its stated deviation).
+    """
     short = mj.cut(recording, 0.0, 4.0)
     heard = {(p, q) for p in "ab" for q in "ab"} | {("ceiling", p) for p in hearing}
     rest = short.setup.rest
@@ -150,9 +153,9 @@ def test_whoever_hears_the_ceiling_declared_places_are_guesses(
             constants=mj.ConstantsOptions(adapt=False),
         ),
     )  # fmt: skip
-    for first in (0, B_ROOT):
+    for person, first in (("a", 0), ("b", B_ROOT)):
         assert root_error(filtered, short, first)[280:].max() < 0.05
-        assert root_error(best, short, first).max() < 0.015
+        assert root_error(best, short, first).max() < (0.015 if person in hearing else 0.1)
     assert sum("anchors tell where in the room it is" in text for text in best.remarks) == 2
 
 
