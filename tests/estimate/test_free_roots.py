@@ -5,12 +5,14 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from wanderers import wanderer, worn
 
 import mocap_jax as mj
 from mocap_jax.body import Body, load_body
+from mocap_jax.estimate.derivatives.parameters import _reference_information
 from mocap_jax.estimate.free_roots import free_roots
 from mocap_jax.estimate.sequence.levels import information, initial_levels
 from mocap_jax.estimate.sequence.pose_information import references
@@ -124,6 +126,23 @@ def test_noise_levels_of_the_rest_pose_leave_roots_alone(body: Body) -> None:
     found = information(built, None, levels, 1.0)["reference_information"][0]  # type: ignore[arg-type]
     np.testing.assert_array_equal(found[:, body.topology.root_dofs], 1.0)
     np.testing.assert_allclose(found[REST][:, JOINTS], 1 / (levels.rest**2 * len(REST)))
+
+
+def test_the_rest_prior_of_a_differentiable_estimate_leaves_roots_alone(body: Body) -> None:
+    def figures(rest_sigma: float) -> Any:
+        return SimpleNamespace(figures=SimpleNamespace(
+            root_position=jnp.array(0.01), root_orientation=jnp.array(0.01),
+            rest_sigma=jnp.array(rest_sigma), pose_sigma=jnp.array(1.0),
+        ))  # fmt: skip
+
+    fixed = SimpleNamespace(
+        base=figures(0.05), root_known=jnp.zeros(6, bool),
+        terms=SimpleNamespace(reference_information=jnp.ones((2, 6, body.nv))),
+    )  # fmt: skip
+    layout = SimpleNamespace(topology=body.topology)
+    found = _reference_information(layout, fixed, figures(0.1))[0]  # type: ignore[arg-type]
+    np.testing.assert_allclose(found[:, JOINTS], 0.25)
+    np.testing.assert_allclose(found[:, body.topology.root_dofs], 1.0)
 
 
 @pytest.fixture(scope="module")
