@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mocap_jax.body import load_body
+from mocap_jax.body.site_names import ANCHOR_PREFIX
 from mocap_jax.errors import InputError
 from mocap_jax.recording import Recording
 from mocap_jax.signals.ultrasonic.air import speed_of_sound
@@ -53,7 +54,7 @@ def anchor_ranges(
     if recording.body_xml is None:
         raise InputError("the recording carries no body.xml, which places the anchors")
     body = load_body(recording.body_xml)
-    names = tuple(n for n in stream.receiver_names if n.startswith("anchor/"))
+    names = tuple(n for n in stream.receiver_names if n.startswith(ANCHOR_PREFIX))
     if not names:
         raise InputError("no anchor among the receivers: " + ", ".join(stream.receiver_names))
     column = np.array([names.index(n) if n in names else -1 for n in stream.receiver_names])

@@ -88,6 +88,16 @@ class Topology:
         return np.repeat(np.arange(self.njoint), [DOF_WIDTH[t] for t in self.joint_types])
 
     @cached_property
+    def free_joints(self) -> tuple[int, ...]:
+        """Joints that are free: the root of every person, the first one's first."""
+        return tuple(j for j, kind in enumerate(self.joint_types) if kind == FREE)
+
+    @cached_property
+    def root_dofs(self) -> np.ndarray:
+        """Mask (nv,): degree of freedom of a free joint."""
+        return np.isin(self.dof_joint, self.free_joints)
+
+    @cached_property
     def body_dofs(self) -> np.ndarray:
         """Mask (nbody, nv): degree of freedom moves the body."""
         mask = np.zeros((self.nbody, self.nv), bool)

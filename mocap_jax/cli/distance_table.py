@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mocap_jax.body.site_names import SOURCE_PREFIX
 from mocap_jax.errors import InputError, unknown_name
 
 if TYPE_CHECKING:
@@ -118,7 +119,7 @@ def _from_recording(
         )
     source = row["source"]
     if source not in recordings[path].ranges.source_names:  # type: ignore[union-attr]
-        source = f"source/{source}"
+        source = SOURCE_PREFIX + source
     return KnownDistance(source, _true(row, where), readings, row["receiver"])
 
 

@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 
 from mocap_jax.body import Body, load_body
+from mocap_jax.body.site_names import ANCHOR_PREFIX, SOURCE_PREFIX
 from mocap_jax.conversion.mounted import mounted
 from mocap_jax.errors import InputError
 from mocap_jax.initialise import worn_in_rest_pose
@@ -83,8 +84,6 @@ def _moved(
 
 def _check_standing(own: Body, names: list[str]) -> None:
     """What is fixed in the world is to be an anchor."""
-    from mocap_jax.simulation.suit import ANCHOR_PREFIX
-
     for name in names:
         if own.topology.site_body[own.site_index(name)] == 0 and not name.startswith(ANCHOR_PREFIX):
             raise InputError(
@@ -132,7 +131,6 @@ def _with_sites(
     """The body with these sites of the other one, at the same shares of their segments."""
     from mocap_jax.simulation import Mounting, Suit, mount
     from mocap_jax.simulation.mounting import standing_anchors
-    from mocap_jax.simulation.suit import SOURCE_PREFIX
 
     topology, (usual, longer) = own.topology, lengths
     boards: list[Mounting] = []

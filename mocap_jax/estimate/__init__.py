@@ -23,7 +23,7 @@ from mocap_jax.estimate.range_only import (
     RangeOnlySolution,
     range_only_path,
 )
-from mocap_jax.estimate.sequence.layout import UserResidual
+from mocap_jax.estimate.sequence.user_residuals import UserResidual
 from mocap_jax.estimate.single_imu import (
     SingleImuOptions,
     SingleImuSolution,

@@ -15,7 +15,7 @@ from jaxtyping import Float
 
 from mocap_jax.body import Body, site_frames
 from mocap_jax.errors import InputError, unknown_name
-from mocap_jax.estimate.sequence.layout import UserResidual
+from mocap_jax.estimate.sequence.user_residuals import UserResidual
 from mocap_jax.recording import RootStream
 from mocap_jax.residuals.robust import LossName, root_of_weight
 

@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from mocap_jax.body import Body, retract
 from mocap_jax.errors import InputError
-from mocap_jax.estimate.sequence.layout import UserResidual
+from mocap_jax.estimate.sequence.user_residuals import UserResidual
 
 _STEP = 1e-6
 

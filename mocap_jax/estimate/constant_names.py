@@ -9,7 +9,9 @@ import numpy as np
 from jaxtyping import Float
 
 from mocap_jax import so3
-from mocap_jax.estimate.sequence.layout import Constants, Corrections, Geometry, Layout
+from mocap_jax.body.site_names import SOURCE_PREFIX
+from mocap_jax.estimate.sequence.constants import Constants, Corrections, Geometry
+from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.walk import Walk
 from mocap_jax.solution import Solution
 
@@ -45,12 +47,12 @@ def constant_places(layout: Layout, sensors: tuple[str, ...]) -> dict[str, slice
     widths |= {f"segment_length/{topology.body_names[b]}": 1 for b in layout.lengths}
     for place in layout.sources:
         site = topology.site_names[layout.range_sites[place]]
-        widths[f"source_position/{site.removeprefix('source/')}"] = 3
+        widths[f"source_position/{site.removeprefix(SOURCE_PREFIX)}"] = 3
     if layout.use_sound:
         widths["speed_of_sound/air"] = 1
     for place in layout.emitters:
         site = topology.site_names[layout.range_sites[place]]
-        widths[f"source_offset/{site.removeprefix('source/')}"] = 1
+        widths[f"source_offset/{site.removeprefix(SOURCE_PREFIX)}"] = 1
     ends = np.cumsum([0, *widths.values()])
     return {
         name: slice(int(a), int(b)) for name, a, b in zip(widths, ends[:-1], ends[1:], strict=True)

@@ -21,9 +21,9 @@ from mocap_jax.estimate.filter_chunk import Estimates, filter_chunk, smooth_chun
 from mocap_jax.estimate.filter_compile import compile_filter
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.filter_run import FilterRun, prepare
+from mocap_jax.estimate.gauge_remarks import gauge_remarks
 from mocap_jax.estimate.inputs import (
     body_of,
-    gauge_remarks,
     measures_orientation,
     mounting_remarks,
     uses_root,
@@ -115,7 +115,7 @@ def run_ekf(
             *stray_remarks(recording, options.kinds),
             *rest.remarks,
             *remarks,
-            *gauge_remarks(use_root, kinds=options.kinds, oriented=oriented),
+            *gauge_remarks(run.roots, kinds=options.kinds, oriented=oriented),
         ),
         covariance=covariance,
         pair_covariance=pairs,

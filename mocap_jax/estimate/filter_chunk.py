@@ -15,12 +15,8 @@ from jax import Array
 from jaxtyping import Bool, Float
 
 from mocap_jax.body import Body, Topology
-from mocap_jax.estimate.filter_frame import (
-    FilterModel,
-    FrameInput,
-    Parameters,
-    filter_frame,
-)
+from mocap_jax.estimate.filter_frame import filter_frame
+from mocap_jax.estimate.filter_model import FilterModel, FrameInput, Parameters
 from mocap_jax.estimate.pose_manifold import pose_manifold
 from mocap_jax.kalman import Dynamics, Innovation, Process, State, smooth_pair, smooth_step
 from mocap_jax.stored_programs import StoredProgram

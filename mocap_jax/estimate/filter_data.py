@@ -6,7 +6,7 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
-from mocap_jax.estimate.filter_frame import FrameInput
+from mocap_jax.estimate.filter_model import FrameInput
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.initialise import RestEstimate
 from mocap_jax.measurement import FrameData

@@ -12,8 +12,9 @@ import numpy as np
 from mocap_jax.body import Body
 from mocap_jax.body.topology import FREE, SLIDE
 from mocap_jax.estimate.filter_data import filter_data
-from mocap_jax.estimate.filter_frame import FilterModel, FrameInput, Parameters
+from mocap_jax.estimate.filter_model import FilterModel, FrameInput, Parameters
 from mocap_jax.estimate.filter_options import EkfOptions
+from mocap_jax.estimate.free_roots import FreeRoot, free_roots
 from mocap_jax.estimate.gravity_reference import frame_gravity, gravity_figures
 from mocap_jax.estimate.innovation_statistics import InnovationStatistics
 from mocap_jax.estimate.magnetometers import filter_figures, frame_fields
@@ -38,6 +39,8 @@ class FilterRun(NamedTuple):
     time: np.ndarray
     statistics: InnovationStatistics
     observed: tuple[str, ...]
+    roots: tuple[FreeRoot, ...]
+    """Of the people in the body."""
 
 
 def prepare(
@@ -74,6 +77,7 @@ def prepare(
         np.asarray(data.time),
         statistics,
         observed_joints(body, data),
+        free_roots(data, body.topology, root_given=use_root),
     )
 
 

@@ -7,7 +7,7 @@ integrated rates drift, and an acceleration of a free root may stand in for a ti
 
 from __future__ import annotations
 
-import dataclasses
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -17,42 +17,44 @@ from mocap_jax.body import Body
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.gravity_options import GravityOptions
-from mocap_jax.estimate.sequence.terms import Built
 from mocap_jax.initialise import RestEstimate
 from mocap_jax.measurement import FrameData, gather
 from mocap_jax.recording import Recording
 
 
-def with_gravity(
-    built: Built, recording: Recording, body: Body, options: GravityOptions | None,
-    rate_hz: float | None,
-) -> tuple[Built, str]:  # fmt: skip
-    """The problem with the gravity reference, and a remark on how often it counts.
+class GravityReference(NamedTuple):
+    """What a whole-sequence problem takes of boards that do not accelerate."""
+
+    force: Float[np.ndarray, "t s 3"]
+    """What boards feel [m/s^2]; zero where that is not known."""
+    information: Float[np.ndarray, "t s"]
+    """Of its direction [1/rad^2]: zero where a board may accelerate."""
+    scale: float
+    """Whitened norm beyond which a tilt is an outlier."""
+    remark: str
+    """How often the boards tell."""
+
+
+def gravity_reference(data: FrameData, body: Body, options: GravityOptions) -> GravityReference:
+    """The gravity reference of a whole sequence.
 
     Args:
-        built: the problem without it.
-        recording: whose accelerometers and gyroscopes tell, used otherwise or not.
+        data: with accelerometers and gyroscopes, used otherwise or not.
         body: carries them.
-        options: None leaves the problem as it is.
-        rate_hz: of the frame grid, as of the problem.
+        options: thresholds and figures.
 
     Raises:
         InputError: the recording has no board with accelerometer and gyroscope.
     """
-    if options is None:
-        return built, ""
-    data = gather(recording, body, kinds="AG", root=False, rate_hz=rate_hz)
-    size = float(np.linalg.norm(np.asarray(body.gravity)))
-    still = still_boards(data, size, options)
+    still = still_boards(data, _size(body), options)
     share = min(1.0, float(data.step) / options.correlation_time)
-    force = np.nan_to_num(np.asarray(data.accelerometer))
-    layout = dataclasses.replace(built.layout, use_gravity=True, gravity_loss=options.loss)
-    terms = dataclasses.replace(built.terms, gravity=(force, still * share / options.sigma**2))
-    # A frame counts for a part: the loss sees the error as it is.
-    scale = np.asarray(options.scale * np.sqrt(share))
-    weights = dataclasses.replace(built.weights, gravity_scale=scale)
-    told = _remark(data.sensors, still)
-    return dataclasses.replace(built, layout=layout, terms=terms, weights=weights), told
+    return GravityReference(
+        np.nan_to_num(np.asarray(data.accelerometer)),
+        still * share / options.sigma**2,
+        # A frame counts for a part: the loss sees the error as it is.
+        float(options.scale * np.sqrt(share)),
+        _remark(data.sensors, still),
+    )
 
 
 def frame_gravity(
@@ -61,12 +63,12 @@ def frame_gravity(
     """What `FrameInput.gravity` of the filter holds: NaN where a board may accelerate [m/s^2].
 
     Raises:
-        InputError: as `with_gravity`.
+        InputError: as `gravity_reference`.
     """
     if options.gravity is None:
         return ()
     data = gather(recording, body, kinds="AG", root=False, rate_hz=options.rate_hz)
-    still = still_boards(data, float(np.linalg.norm(np.asarray(body.gravity))), options.gravity)
+    still = still_boards(data, _size(body), options.gravity)
     return np.where(still[..., None], data.accelerometer - rest.accelerometer_bias, np.nan)
 
 
@@ -104,6 +106,11 @@ def still_boards(
         quiet &= np.linalg.norm(rate, axis=-1) < options.turn
     frames = max(1, round(options.duration / float(data.step)))
     return _lasting(quiet & known, frames)
+
+
+def _size(body: Body) -> float:
+    """Of gravity [m/s^2]."""
+    return float(np.linalg.norm(np.asarray(body.gravity)))
 
 
 def _lasting(quiet: Bool[np.ndarray, "t s"], frames: int) -> Bool[np.ndarray, "t s"]:

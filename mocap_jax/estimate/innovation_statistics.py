@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from mocap_jax.body import Body
-from mocap_jax.estimate.filter_frame import FrameInput
+from mocap_jax.body.site_names import SOURCE_PREFIX
+from mocap_jax.estimate.filter_model import FrameInput
 from mocap_jax.kalman import Innovation
 from mocap_jax.measurement import FrameData
 
@@ -41,7 +42,7 @@ class InnovationStatistics:
         self._sensors = data.sensors
         sensor_of = {site: name for name, site in zip(data.sensors, data.sites, strict=True)}
         self._range_names = [
-            sensor_of.get(s, body.topology.site_names[s]).removeprefix("source/")
+            sensor_of.get(s, body.topology.site_names[s]).removeprefix(SOURCE_PREFIX)
             for s in range_sites
         ]
         # Beyond this whitened size `kalman.correct` leaves less than half of a range's weight.

@@ -59,40 +59,6 @@ def measured_kinds(recording: Recording) -> tuple[str, ...]:
     return tuple(letter for letter in "AGDO" if there[letter])
 
 
-def gauge_remarks(
-    root_given: bool, *, kinds: str = "AG", oriented: bool = False, contacts: bool = False
-) -> tuple[str, ...]:
-    """What a solution without a measured root says about it.
-
-    Args:
-        root_given: a measured root was used; nothing is said then.
-        kinds: letters of the kinds of measurements used.
-        oriented: measured orientations were among them.
-        contacts: standing feet were held.
-    """
-    if root_given:
-        return ()
-    heading = "its heading is that of the measured orientations"
-    if "M" in kinds and not oriented:
-        oriented, heading = True, "its heading is that of the magnetometers"
-    if oriented and not set(kinds) & {"A", "G"} and not contacts:
-        return (
-            f"Root free: {heading}; nothing measures its position, which stays near the start.",
-        )
-    sources = ["standing feet"] * contacts + ["accelerations"] + ["rates"] * (not oriented)
-    where = ", ".join(sources[:-1]) + " and " * (len(sources) > 1) + sources[-1]
-    what, one = ("position", "s") if oriented else ("position and heading", "")
-    alone = "" if contacts else " alone"
-    slowly = f", and drift{one} slowly" if contacts else f" and drift{one}"
-    tied = "it is" if oriented else "they are"
-    known = f"; {heading}" if oriented else ""
-    come = f"come{one} from"
-    return (
-        f"Root free: its {what} {come} {where}{alone}{slowly}; {tied} tied to the declared pose at "
-        f"the start{known}.",
-    )
-
-
 def mounting_remarks(recording: Recording) -> tuple[str, ...]:
     """What to say of a recording whose sensors nobody has aligned with their segments."""
     stated = str(recording.setup.provenance.get("mounting", ""))

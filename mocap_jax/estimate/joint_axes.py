@@ -12,7 +12,7 @@ from jaxtyping import Float
 from mocap_jax import so3
 from mocap_jax.body import Body, site_frames
 from mocap_jax.errors import InputError, unknown_name
-from mocap_jax.estimate.sequence.layout import UserResidual
+from mocap_jax.estimate.sequence.user_residuals import UserResidual
 from mocap_jax.initialise import JointFinding
 from mocap_jax.residuals.joint_axes import one_axis_residual, two_axes_residual
 

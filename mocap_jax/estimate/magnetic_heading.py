@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from mocap_jax.body import Body, site_frames
 from mocap_jax.errors import InputError, unknown_name
-from mocap_jax.estimate.sequence.layout import UserResidual
+from mocap_jax.estimate.sequence.user_residuals import UserResidual
 from mocap_jax.measurement.frame_data import site_of_sensor
 from mocap_jax.recording import MagneticStream, Recording
 from mocap_jax.residuals.magnetic import magnetic_heading_error

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from mocap_jax import so3
 from mocap_jax.body import Body, load_body
 from mocap_jax.estimate.joint_axes import joint_axes
-from mocap_jax.estimate.sequence.layout import UserResidual
+from mocap_jax.estimate.sequence.user_residuals import UserResidual
 from mocap_jax.estimate.whole_sequence import optimise
 from mocap_jax.estimate.whole_sequence_options import (
     ConstantsOptions,

@@ -15,10 +15,8 @@ from mocap_jax.estimate import magnetometers
 from mocap_jax.estimate.background import wait_for
 from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.estimate.constant_names import constants_from
-from mocap_jax.estimate.gravity_reference import with_gravity
 from mocap_jax.estimate.initial_guess import at_rest, first_guess, on_grid
 from mocap_jax.estimate.inputs import body_of, measures_orientation, uses_root
-from mocap_jax.estimate.measured_rotation import with_measured_rotation
 from mocap_jax.estimate.orientation_options import OrientationPassOptions
 from mocap_jax.estimate.orientation_pass import orientation_pass
 from mocap_jax.estimate.rest_tilt import gather_with_rest
@@ -29,6 +27,7 @@ from mocap_jax.estimate.skin import displaced, on_skin, without_skin
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.estimate.whole_sequence_run import Run
 from mocap_jax.initialise import declared_pose
+from mocap_jax.measurement import FrameData, gather
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution
 
@@ -90,11 +89,10 @@ def solve_sequence(
             recording, body, options, np.asarray(data.time), user_data, root_given=root_given
         )
         built = build(
-            data, body, recording.setup, options, root_given=root_given, user_data=user_data
-        )
-        built = with_measured_rotation(built, data, options)
-        built, told = with_gravity(built, recording, body, options.gravity, options.rate_hz)
-        run = Run(recording, body, data, built, options, root_given=root_given)
+            data, body, recording.setup, options, root_given=root_given, user_data=user_data,
+            inertial=_all_inertial(recording, body, options),
+        )  # fmt: skip
+        run = Run(recording, body, data, built, options)
         if initial is None:
             programs: list[Future[None]] = []
             queue = lambda: programs.extend(compile_ahead(run.problem))  # noqa: E731
@@ -105,8 +103,7 @@ def solve_sequence(
         solution = run.solve(state, recording, root_given=root_given, progress=progress)
         if body is not own:
             solution = without_skin(solution, own, data)
-        if told:
-            solution = dataclasses.replace(solution, remarks=(*solution.remarks, told))
+        solution = dataclasses.replace(solution, remarks=(*solution.remarks, *built.remarks))
     seconds = time.perf_counter() - begin
     solution = dataclasses.replace(
         solution, seconds_solve=seconds - clock.seconds, seconds_compile=clock.seconds
@@ -114,6 +111,13 @@ def solve_sequence(
     if throw and not solution.status.ok:
         raise SolveError(solution.status.value)
     return solution, run
+
+
+def _all_inertial(recording: Recording, body: Body, options: OptimiseOptions) -> FrameData | None:
+    """What the gravity reference reads, whatever the kinds chosen; None without one."""
+    if options.gravity is None:
+        return None
+    return gather(recording, body, kinds="AG", root=False, rate_hz=options.rate_hz)
 
 
 def _initial(

@@ -7,7 +7,7 @@ from typing import Literal
 
 from mocap_jax.estimate.contact.options import ContactOptions
 from mocap_jax.estimate.gravity_options import GravityOptions
-from mocap_jax.estimate.sequence.layout import UserResidual
+from mocap_jax.estimate.sequence.user_residuals import UserResidual
 from mocap_jax.least_squares import SolverOptions
 from mocap_jax.pose_prior import PosePrior
 from mocap_jax.residuals.robust import LossName

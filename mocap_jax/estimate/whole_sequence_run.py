@@ -11,7 +11,8 @@ from mocap_jax.body import Body
 from mocap_jax.errors import SolveError
 from mocap_jax.estimate.central_velocity import central_velocity
 from mocap_jax.estimate.constant_names import calibration
-from mocap_jax.estimate.inputs import gauge_remarks, mounting_remarks
+from mocap_jax.estimate.gauge_remarks import gauge_remarks
+from mocap_jax.estimate.inputs import mounting_remarks
 from mocap_jax.estimate.magnetometers import stray_remarks
 from mocap_jax.estimate.observed_joints import observed_joints
 from mocap_jax.estimate.outcome_status import STATUS_OF
@@ -56,7 +57,7 @@ class Run:
 
     def __init__(
         self, recording: Recording, body: Body, data: FrameData, built: Built,
-        options: OptimiseOptions, *, root_given: bool = True,
+        options: OptimiseOptions,
     ) -> None:  # fmt: skip
         self.body, self.data, self.built, self.options = body, data, built, options
         layout = built.layout
@@ -65,7 +66,7 @@ class Run:
         self.problem = SequenceProblem(
             layout, body, built.terms, built.weights,
             self._prior_information(last=False), np.dtype(options.dtype),
-            refines=self._loses_digits(root_given),
+            refines=self._loses_digits,
             readings=rest_biases(recording, data, layout, options),
             mixing=read_in_the_hold(built),
         )  # fmt: skip
@@ -74,12 +75,11 @@ class Run:
         self.state: State
         """What `solve` found."""
 
-    def _loses_digits(self, root_given: bool) -> bool:
-        """Whether the root's slow drift is lost in J'J: free root, no anchors, long sequence."""
-        anchored = any(
-            self.body.topology.site_body[s] == 0 for s in self.built.layout.range_sites
-        ) or bool(self.options.user_residuals)
-        return not root_given and not anchored and len(self.data.time) > _LONG
+    @property
+    def _loses_digits(self) -> bool:
+        """Whether the slow drift of a root that nothing ties is lost in J'J: a long sequence."""
+        adrift = any(root.tie == "none" for root in self.built.roots)
+        return adrift and not self.options.user_residuals and len(self.data.time) > _LONG
 
     def solve(
         self, state: State, recording: Recording, *, root_given: bool, progress: bool
@@ -148,8 +148,7 @@ class Run:
     def _information(self, state: State, repeats: float) -> dict[str, np.ndarray]:
         facing = self.built.layout.use_range and self.options.noise.range_facing
         gate = self.problem.gate(state) if facing else None
-        free = 6 if self.body.has_free_root else 0
-        return information(self.built, gate, self.levels, repeats, free=free)
+        return information(self.built, gate, self.levels, repeats)
 
     def _minimise(self, state: State, bar: tqdm, *, last: bool) -> Result:
         solver = self.options.solver
@@ -195,7 +194,7 @@ class Run:
                 *mounting_remarks(recording),
                 *stray_remarks(recording, self.options.kinds),
                 *remarks,
-                *self._gauge(root_given),
+                *self._gauge,
             ),  # fmt: skip
             covariance=covariance,
             pair_covariance=pairs,
@@ -213,10 +212,10 @@ class Run:
             dataclasses.replace(solution, remarks=(*solution.remarks, told)) if told else solution
         )
 
-    def _gauge(self, root_given: bool) -> tuple[str, ...]:
-        kinds = self.options.kinds
+    @property
+    def _gauge(self) -> tuple[str, ...]:
         return gauge_remarks(
-            root_given, kinds=kinds, oriented=self._oriented,
+            self.built.roots, kinds=self.options.kinds, oriented=self._oriented,
             contacts=self.built.contacts is not None,
         )  # fmt: skip
 

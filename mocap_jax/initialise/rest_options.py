@@ -28,7 +28,7 @@ class RestOptions:
     gyroscope_bias_sigma: float = 0.05
     """Size of gyroscope offsets, per axis [rad/s]; used where there is no rest to measure them."""
     root_position_sigma: float = 0.02
-    """Of the root position at rest when it is not measured [m]."""
+    """Of the position of every root at rest that is not measured [m]."""
     stillness_sigma: float = 0.02
     """Error of a mean accelerometer reading from the subject's own small movements [m/s^2]."""
     adapt: bool = True

@@ -222,9 +222,13 @@ class _Problem:
         o, s, nv = self.options, len(self.sites), self.body.nv
         pose_sigma = o.pose_sigma if self.still.declared else o.undeclared_pose_sigma
         pose = np.full(nv, pose_sigma * scale if o.pose else 1e-6)
+        for j in self.body.topology.free_joints:
+            first = self.body.topology.joint_dof[j]
+            pose[first : first + 3] = o.root_position_sigma
         if self.body.has_free_root:
             there, turned = self._root_known()
-            pose[:3] = self.noise.root_position if there else o.root_position_sigma
+            if there:
+                pose[:3] = self.noise.root_position
             if turned:
                 pose[3:6] = self.noise.root_orientation
         fixed = not self.still.still

@@ -8,6 +8,7 @@ import numpy as np
 
 from mocap_jax import so3
 from mocap_jax.body import Body, load_body
+from mocap_jax.body.site_names import SOURCE_PREFIX
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.initialise.declared_pose import declared_pose
 from mocap_jax.motion import Motion, retarget, xsens_name
@@ -21,7 +22,7 @@ def worn_in_rest_pose(recording: Recording, body: Body) -> tuple[Recording, Body
 
     The declared rest pose is retargeted. In it every board keeps its orientation in the world, and
     its offset from the joint of its segment, scaled by leg length. Sites that the body has already
-    stay. Anchors stand in the world where they stood.
+    stay. Person and anchors stand in the world where they stood.
 
     Args:
         recording: with its own body, whose sites carry the boards.
@@ -36,7 +37,6 @@ def worn_in_rest_pose(recording: Recording, body: Body) -> tuple[Recording, Body
     """
     from mocap_jax.simulation import Mounting, Suit, mount  # slow to load
     from mocap_jax.simulation.mounting import standing_anchors
-    from mocap_jax.simulation.suit import SOURCE_PREFIX
 
     if recording.body_xml is None:
         raise InputError("the recording has no body (body.xml) to take its boards' places from")
@@ -76,7 +76,13 @@ def worn_in_rest_pose(recording: Recording, body: Body) -> tuple[Recording, Body
 
 
 def _same_pose(own: Body, own_q: np.ndarray, body: Body) -> tuple[np.ndarray, float]:
-    """The pose of another body, and its leg length over the first one's."""
-    still = Trajectory(np.arange(4) / 60.0, np.tile(own_q, (4, 1)))
+    """The pose of another body at the same place, and its leg length over the first one's."""
+    at_origin, place = own_q.copy(), np.zeros(2)
+    if own.has_free_root:
+        # Retargeting scales paths: a path that begins elsewhere than at the origin is moved.
+        place, at_origin[:2] = own_q[:2], 0.0
+    still = Trajectory(np.arange(4) / 60.0, np.tile(at_origin, (4, 1)))
     fitted = retarget(Motion("rest", own, still, {}), body)
-    return np.asarray(fitted.trajectory.q)[0], float(fitted.facts["scale"])
+    q = np.array(fitted.trajectory.q)[0]
+    q[:2] += place
+    return q, float(fitted.facts["scale"])

@@ -1,12 +1,9 @@
 """Linear algebra of whole-sequence problems."""
 
-from mocap_jax.linalg.arrow import (
-    ArrowFactor,
-    BorderBlocks,
-    Factoring,
+from mocap_jax.linalg.arrow import ArrowFactor, BorderBlocks, Factoring, factor
+from mocap_jax.linalg.arrow_solve import (
     backward,
     corner_covariance,
-    factor,
     forward,
     sample,
     solve,

@@ -17,7 +17,8 @@ import numpy as np
 from jaxtyping import Float
 
 from mocap_jax.errors import SolveError
-from mocap_jax.linalg.arrow import ArrowFactor, BorderBlocks, factor, solve
+from mocap_jax.linalg.arrow import ArrowFactor, BorderBlocks, factor
+from mocap_jax.linalg.arrow_solve import solve
 
 _EPS = float(np.finfo(float).eps)
 

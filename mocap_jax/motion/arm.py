@@ -12,9 +12,10 @@ from typing import Literal
 
 from mocap_jax.body import Body, load_body
 from mocap_jax.body.mjcf_text import numbers
+from mocap_jax.body.site_names import ANCHOR_PREFIX, SOURCE_PREFIX
 from mocap_jax.errors import InputError, unknown_name
 
-WRIST_SITE = "source/wrist"
+WRIST_SITE = SOURCE_PREFIX + "wrist"
 SHOULDER, ELBOW, ABDUCTION, ROTATION = "shoulder", "elbow", "abduction", "rotation"
 Shoulder = Literal["planar", "sagittal", "ball"]
 """Flexion alone; flexion with abduction and axial rotation within `ASIDE`; or a ball joint."""
@@ -72,7 +73,9 @@ def arm_body(
             raise InputError(f"{name}={length:g}: the length must be above 0 m")
     if not anchors:
         raise InputError("anchors: at least one is needed")
-    sites = "".join(f'<site name="anchor/{n}" pos="{numbers(p)}"/>' for n, p in anchors.items())
+    sites = "".join(
+        f'<site name="{ANCHOR_PREFIX}{n}" pos="{numbers(p)}"/>' for n, p in anchors.items()
+    )
     if kind not in _SHOULDERS:
         raise unknown_name("kind of shoulder", kind, _SHOULDERS)
     wrist = f'<site name="{WRIST_SITE}" pos="{numbers(_ON_SKIN)}" quat="{numbers(_TURN)}"/>'

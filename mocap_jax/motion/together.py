@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from mocap_jax.body import Body, load_body
 from mocap_jax.body.mjcf_text import numbers
+from mocap_jax.body.site_names import PREFIXES
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.motion.motion import Motion
 from mocap_jax.motion.skeleton import TIP_PREFIX
@@ -20,8 +21,6 @@ from mocap_jax.trajectory import Trajectory
 _TAKEN = ("compiler", "default", "custom", "worldbody", "option", "size", "statistic", "visual")
 # Elements whose settings hold for the whole model: they must be the same.
 _COMMON = ("compiler", "default", "option")
-# First words of names that say of what kind something is; the owner comes after them.
-_SITE_KINDS = ("anchor/", "source/")
 
 
 Place = tuple[float, float, float]
@@ -38,7 +37,7 @@ def together(motions: Mapping[str, Motion], places: Mapping[str, Place] | None =
         motions: by the names of the people, with the same frame rate; bodies without meshes,
             sensors and actuators.
         places: how far the clip of some of them is moved, x and y [m], after a turn about the
-            world's z axis [rad].
+            world's z axis [rad]. Anchors that their bodies carry stand in the room, and stay.
 
     Raises:
         InputError: fewer than two people, a name that cannot be a prefix, a place for nobody, a
@@ -121,7 +120,7 @@ def _document(trees: dict[str, ElementTree.Element]) -> str:
                 if common.setdefault(part.tag, text) != text:
                     raise InputError(f"together: <{part.tag}> of '{person}' differs from the rest")
         for element in tree.findall("worldbody//*[@name]"):
-            kinds = _SITE_KINDS if element.tag == "site" else ()
+            kinds = PREFIXES if element.tag == "site" else ()
             element.set("name", _owned(person, element.get("name", ""), kinds))
         custom.extend(_custom(person, tree))
         own = tree.find("worldbody")

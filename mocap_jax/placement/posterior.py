@@ -13,7 +13,8 @@ from scipy.linalg import blas, lapack
 
 from mocap_jax import linalg
 from mocap_jax.errors import SolveError
-from mocap_jax.linalg.arrow import BLAS, backward, forward
+from mocap_jax.linalg.arrow import BLAS
+from mocap_jax.linalg.arrow_solve import backward, forward
 from mocap_jax.placement.options import ErrorModel
 from mocap_jax.placement.rows import CONSTANTS, Boards, system_of
 from mocap_jax.placement.scene import Scene

@@ -18,7 +18,8 @@ from jaxtyping import Float
 from mocap_jax.body import Body, difference
 from mocap_jax.errors import InputError
 from mocap_jax.estimate import ConstantsOptions, OptimiseOptions, PriorOptions
-from mocap_jax.estimate.sequence.layout import Constants, Terms
+from mocap_jax.estimate.sequence.constants import Constants
+from mocap_jax.estimate.sequence.layout import Terms
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State
 from mocap_jax.estimate.sequence.terms import build
 from mocap_jax.measurement import FrameData

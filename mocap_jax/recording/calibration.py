@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from mocap_jax.body.site_names import PREFIXES
+
 Triple = tuple[float, float, float]
 _NONE: Triple = (0.0, 0.0, 0.0)
-_PREFIXES = ("source/", "anchor/")
 
 
 def triple(values: Iterable[float]) -> Triple:
@@ -22,7 +23,7 @@ def same_source(a: str, b: str) -> bool:
 
 
 def _bare(site: str) -> str:
-    return next((site.removeprefix(p) for p in _PREFIXES if site.startswith(p)), site)
+    return next((site.removeprefix(p) for p in PREFIXES if site.startswith(p)), site)
 
 
 @dataclass(frozen=True)

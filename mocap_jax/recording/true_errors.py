@@ -10,6 +10,7 @@ import dataclasses
 
 import numpy as np
 
+from mocap_jax.body.site_names import ANCHOR_PREFIX, SOURCE_PREFIX
 from mocap_jax.recording.calibration import AxisCalibration, Calibration
 from mocap_jax.recording.recording import Truth
 
@@ -28,7 +29,7 @@ def with_true_errors(truth: Truth | None, old: Calibration, new: Calibration) ->
     out: Told = {}
     for key, offset in told.items():
         name = key.removeprefix(_OFFSET)
-        site = name if name.startswith("anchor/") else f"source/{name}"
+        site = name if name.startswith(ANCHOR_PREFIX) else SOURCE_PREFIX + name
         out[key] = np.asarray(offset) + old.offset_of(site) - new.offset_of(site)
     for kind in _KINDS:
         before, after = getattr(old, kind), getattr(new, kind)

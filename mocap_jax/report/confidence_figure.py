@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.patches import Patch
 
+from mocap_jax.body.site_names import SOURCE_PREFIX
 from mocap_jax.recording import RangeStream, Recording
 from mocap_jax.report.style import EXCLUDED, MUTED, RC, plain_name
 
@@ -46,7 +47,7 @@ def confidence_figure(
         )
         panels = figure.subplots(down, across, sharex=True, sharey=True, squeeze=False)
         for panel, cells, name in zip(panels.flat, grid, ranges.source_names, strict=False):
-            source = name.removeprefix("source/")
+            source = name.removeprefix(SOURCE_PREFIX)
             grey = [(source, ranges.receiver_names[r]) in unheard for r in shown]
             image = _panel(panel, cells[shown], np.array(grey), edges)
             panel.set_title(f"source {plain_name(source)}", size=9.5)

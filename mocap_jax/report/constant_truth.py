@@ -7,6 +7,7 @@ from jaxtyping import Float
 
 from mocap_jax.body import Body
 from mocap_jax.body.site_displacement import site_displacement
+from mocap_jax.body.site_names import SOURCE_PREFIX
 from mocap_jax.metrics.align import truth_of
 from mocap_jax.recording import Recording
 from mocap_jax.solution import Solution
@@ -14,7 +15,6 @@ from mocap_jax.solution.methods import FILTERS
 
 Values = dict[str, Float[np.ndarray, "n"]]
 _SENSORS = ("gyroscope", "accelerometer")
-_SOURCE = "source/"
 # Mountings are told as well, but from the body that the recording was made with: the solution's
 # may be another, or have its sites turned by a calibration.
 _AS_TOLD = ("source_offset/", "clock_offset/", "heading/")
@@ -107,7 +107,7 @@ def _from_bodies(nominal: Body, true: Body, solution: Solution) -> Values:
             out[f"mounting_offset/{spec.name}"], out[f"mounting_rotation/{spec.name}"] = found
     for site in solution.setup.sources:
         if (found := site_displacement(nominal, true, site)) is not None:
-            out[f"source_position/{site.removeprefix(_SOURCE)}"] = found[0]
+            out[f"source_position/{site.removeprefix(SOURCE_PREFIX)}"] = found[0]
     return out
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from mocap_jax.body.site_names import SOURCE_PREFIX
 from mocap_jax.solution import Solution
 from mocap_jax.solution.methods import FILTERS, SMOOTHERS
 
@@ -72,7 +73,7 @@ def unheard_pairs(solution: Solution) -> frozenset[tuple[str, str]]:
 def range_ends(solution: Solution) -> tuple[list[str], list[str]]:
     """Sources and receivers that have statistics, in the set-up's order where it names them."""
     pairs = range_pairs(solution)
-    declared = [s.removeprefix("source/") for s in solution.setup.sources]
+    declared = [s.removeprefix(SOURCE_PREFIX) for s in solution.setup.sources]
     sources = list(dict.fromkeys(source for source, _ in pairs))
     receivers = list(dict.fromkeys(receiver for _, receiver in pairs))
     worn = [s.name for s in solution.setup.sensors]

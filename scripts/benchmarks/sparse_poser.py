@@ -19,7 +19,6 @@ import mocap_jax as mj
 from benchmarks.metric import Metric
 from mocap_jax.estimate.constant_names import constants_from
 from mocap_jax.estimate.initial_guess import on_grid
-from mocap_jax.estimate.measured_rotation import with_measured_rotation
 from mocap_jax.estimate.rest_tilt import gather_with_rest
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State
 from mocap_jax.estimate.sequence.terms import build
@@ -76,8 +75,7 @@ def _prepare(options: mj.OptimiseOptions) -> tuple[SequenceProblem, State, dict[
     whole = gather_with_rest(recording, body, options, root=False)
     data = jax.tree.map(lambda x: x[-FRAMES:] if np.ndim(x) else x, whole)
     built = build(data, body, recording.setup, options, root_given=False)
-    built = with_measured_rotation(built, data, options)
-    run = Run(recording, body, data, built, options, root_given=False)
+    run = Run(recording, body, data, built, options)
     start = mj.orientation_pass(
         recording, own,
         options=mj.OrientationPassOptions(

@@ -17,7 +17,8 @@ import numpy as np
 from mocap_jax import linalg
 from mocap_jax.body import Body, difference, load_body, retract, site_frames, site_motion
 from mocap_jax.body.tangent import velocity_to_tangent
-from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
+from mocap_jax.estimate.sequence.constants import Constants
+from mocap_jax.estimate.sequence.layout import Layout, Terms, Weights
 from mocap_jax.estimate.sequence.model_gradient import model_gradient, moved_constants
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State
 from mocap_jax.least_squares.step import NEARLY, REFINED

@@ -13,11 +13,13 @@ import mocap_jax as mj
 from mocap_jax.body import site_frames
 from mocap_jax.errors import InputError
 from mocap_jax.estimate import check_residual
+from mocap_jax.estimate.free_roots import FreeRoot
 from mocap_jax.estimate.sequence.pose_information import _nearest, references
 from mocap_jax.recording import RootStream, Setup
 from mocap_jax.residuals.robust import loss
 
 FRAMES = np.arange(6) / 10.0
+MEASURED = (FreeRoot("pelvis", 0, 0, "measured"),)
 
 
 def stream(time: np.ndarray, position: np.ndarray) -> RootStream:
@@ -33,7 +35,7 @@ def test_a_root_without_orientations_tells_positions_alone() -> None:
     )
     reference, information = references(
         data, body, setup, mj.OptimiseOptions(), np.zeros(0, int), np.zeros(body.nv, bool),
-        root_given=True,
+        MEASURED,
     )  # fmt: skip
     known = np.array([0, 1, 3, 4, 5])
     np.testing.assert_array_equal(reference[0][known, :3], position[known])
@@ -52,7 +54,7 @@ def test_nothing_measured_is_said() -> None:
     with pytest.raises(InputError, match="root 'given', but the recording has no root pose"):
         references(
             data, body, Setup(sensors=()), mj.OptimiseOptions(), np.zeros(0, int),
-            np.zeros(body.nv, bool), root_given=True,
+            np.zeros(body.nv, bool), MEASURED,
         )  # fmt: skip
 
 

@@ -12,8 +12,7 @@ from mocap_jax.body.coupling import coupling_elements
 from mocap_jax.body.piecewise import straight
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.sequence.coupled import coupled_coordinates
-from mocap_jax.estimate.sequence.layout import COUPLINGS, UserResidual
-from mocap_jax.estimate.sequence.terms import _check_names
+from mocap_jax.estimate.sequence.user_residuals import COUPLINGS, UserResidual, check_names
 
 XML = """<mujoco><worldbody><body name="a"><joint name="lead" axis="0 0 1"/><joint name="own"
 axis="1 0 0"/><geom size="0.1"/></body></worldbody>{custom}</mujoco>"""
@@ -40,4 +39,4 @@ def test_bodies_without_followers_have_none():
 
 def test_the_name_is_taken():
     with pytest.raises(InputError, match="the name is taken"):
-        _check_names((UserResidual(COUPLINGS, lambda body, q, data: q),))
+        check_names((UserResidual(COUPLINGS, lambda body, q, data: q),))

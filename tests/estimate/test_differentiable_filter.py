@@ -17,7 +17,7 @@ from mocap_jax.estimate.derivatives import (
     differentiable_ekf,
 )
 from mocap_jax.recording import Recording
-from tests.estimate.synthetic import record
+from tests.estimate.synthetic import record, small_body
 
 OPTIONS = EkfOptions(chunk=32)
 
@@ -85,6 +85,43 @@ def test_gradients_are_those_of_differences(filtered: DifferentiableFilter) -> N
         assert got == pytest.approx(expected, rel=1e-4, abs=1e-6), name
         checked += abs(expected) > 1e-6
     assert checked >= 10
+
+
+@pytest.mark.slow
+def test_gradients_with_joint_limits_are_those_of_differences() -> None:
+    """The elbow moves beyond its range, so that beliefs are cut off."""
+    body = small_body()
+    elbow = body.topology.joint_index("elbow")
+    narrow = body.replace(joint_range=body.joint_range.at[elbow].set(jnp.array([-0.05, 0.08])))
+    recording = record(seconds=2.0, rate_hz=70.0)
+    options = EkfOptions(kinds="AG", limits=True, chunk=70)
+    filtered = differentiable_ekf(recording, narrow, options=options)
+    base, rng = filtered.parameters, np.random.default_rng(0)
+    push = rng.normal(size=base.measurements.accelerometer.shape)
+    weights = rng.normal(size=(len(push), body.nq))
+
+    @jax.jit
+    @jax.value_and_grad
+    def value(change: jax.Array) -> jax.Array:
+        """Of the gyroscopes' deviation (log), of readings [m/s^2] and of the range [rad]."""
+        noise = base.noise._replace(gyroscope_sigma=base.noise.gyroscope_sigma * jnp.exp(change[0]))
+        force = base.measurements.accelerometer + change[1] * push
+        measurements = dataclasses.replace(base.measurements, accelerometer=force)
+        ranges = base.body.joint_range.at[elbow].add(change[2])
+        moved = dataclasses.replace(base.body, joint_range=ranges)
+        found = filtered(
+            dataclasses.replace(base, noise=noise, measurements=measurements, body=moved)
+        )
+        return (weights * found.q).sum() + 1e-3 * found.log_likelihood
+
+    gradient = value(jnp.zeros(3))[1]
+    for i in range(3):
+        at = lambda h, i=i: float(value(jnp.zeros(3).at[i].set(h))[0])  # noqa: E731
+        h = 1e-4
+        expected = (at(-2 * h) - 8 * at(-h) + 8 * at(h) - at(2 * h)) / (12 * h)
+        assert abs(expected) > 1e-3, i
+        # JAX's logarithm of a normal's far tail is a short series, whose derivative differs.
+        assert float(gradient[i]) == pytest.approx(expected, rel=1e-4), i
 
 
 def test_a_smoother_is_refused(recording: Recording) -> None:

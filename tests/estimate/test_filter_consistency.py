@@ -11,7 +11,8 @@ from synthetic import SENSORS, small_body
 
 from mocap_jax import so3
 from mocap_jax.body import Body, difference, retract, site_motion
-from mocap_jax.estimate.filter_frame import FilterModel, FrameInput, Parameters, filter_frame
+from mocap_jax.estimate.filter_frame import filter_frame
+from mocap_jax.estimate.filter_model import FilterModel, FrameInput, Parameters
 from mocap_jax.kalman import Dynamics, SigmaPoints, State, process_noise
 
 RUNS, FRAMES, RATE = 100, 120, 140.0

@@ -18,6 +18,7 @@ from mocap_jax.body import load_body, retract, site_frames
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.filter_tilt import tilt_update
 from mocap_jax.estimate.gravity_reference import still_boards
+from mocap_jax.estimate.sequence.terms import build
 from mocap_jax.measurement import gather
 from mocap_jax.measurement.chain import chain
 from mocap_jax.measurement.predict import orientation
@@ -188,6 +189,25 @@ def test_short_and_incomplete_stretches_do_not_count(recording: mj.Recording) ->
     expected = np.ones_like(still)
     expected[40:60, 0] = False  # the ten frames in between last for 0.2 s
     np.testing.assert_array_equal(still, expected)
+
+
+def test_problems_are_built_with_it(recording: mj.Recording) -> None:
+    body = load_body(recording.body_xml)
+    options = mj.OptimiseOptions(kinds="AG", root="free", gravity=mj.GravityOptions())
+    data = gather(recording, body, kinds="AG", root=False)
+    built = build(data, body, recording.setup, options, root_given=False)
+    assert built.layout.use_gravity and built.layout.gravity_loss == options.gravity.loss
+    assert built.terms.gravity[1].any() and built.remarks[0].startswith("Gravity reference: boards")
+    # Kinds that leave accelerometers out do not take the reference away.
+    rates = gather(recording, body, kinds="G", root=False)
+    with pytest.raises(InputError, match="no board of the recording has both"):
+        build(rates, body, recording.setup, options, root_given=False)
+    told = build(rates, body, recording.setup, options, root_given=False, inertial=data)
+    np.testing.assert_array_equal(told.terms.gravity[1], built.terms.gravity[1])
+    without = build(
+        data, body, recording.setup, dataclasses.replace(options, gravity=None), root_given=False
+    )
+    assert not without.layout.use_gravity and not without.terms.gravity and not without.remarks
 
 
 def test_wrong_input(recording: mj.Recording) -> None:

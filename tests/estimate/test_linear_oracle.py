@@ -19,7 +19,8 @@ import pytest
 
 from mocap_jax import linalg, so3
 from mocap_jax.body import Body, load_body
-from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
+from mocap_jax.estimate.sequence.constants import Constants
+from mocap_jax.estimate.sequence.layout import Layout, Terms, Weights
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State
 from mocap_jax.kalman import (
     Dynamics,

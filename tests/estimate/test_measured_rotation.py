@@ -12,7 +12,6 @@ from test_sequence_assembly import BODY, make
 
 import mocap_jax as mj
 from mocap_jax.errors import InputError
-from mocap_jax.estimate.measured_rotation import with_measured_rotation
 from mocap_jax.estimate.sequence.terms import build
 from mocap_jax.measurement import gather
 
@@ -57,8 +56,10 @@ def built(lost: slice, kinds: str = "AO", **changes: object):
     recording = dataclasses.replace(recording, inertial=inertial)
     options = dataclasses.replace(OPTIONS, kinds=kinds, **changes)
     data = gather(recording, small_body(), kinds=kinds, root=False)
-    plain = build(data, small_body(), recording.setup, options, root_given=False)
-    return plain, with_measured_rotation(plain, data, options)
+    model = dataclasses.replace(options, acceleration_rotation="model")
+    made = (build(data, small_body(), recording.setup, o, root_given=False)
+            for o in (model, options))  # fmt: skip
+    return tuple(made)
 
 
 @pytest.mark.parametrize(("stencil", "wider"), [("plain", 0), ("consistent", 1)])

@@ -18,14 +18,9 @@ from mocap_jax.simulation import Mounting, SimulationOptions, Suit, simulate
 from mocap_jax.simulation.profiles import PROFILES
 from mocap_jax.solution import Solution, Status, determination
 from mocap_jax.trajectory import Trajectory
+from tests.small_arm import small_arm
 
-ARM = """<mujoco><compiler angle="radian"/><worldbody><body name="base" pos="0 0 1.2">
-<freejoint name="root"/><geom type="capsule" size=".1" fromto="0 0 -.2 0 0 .2"/>
-<body name="upper" pos="0 .2 .15"><joint name="shoulder" type="ball"/>
-<geom type="capsule" size=".04" fromto="0 0 0 .3 0 0"/><body name="lower" pos=".3 0 0">
-<joint name="elbow" axis="0 0 1" range="-.1 2.6"/>
-<geom type="capsule" size=".03" fromto="0 0 0 .25 0 0"/></body></body></body>
-</worldbody></mujoco>"""
+ARM = small_arm("base", "upper", "lower", left=True)
 SUIT = Suit(
     boards=(
         Mounting("base", "base", (0.0, -0.11, 0.1), (0.8, 0.6, 0.0, 0.0)),

@@ -20,19 +20,11 @@ from mocap_jax.estimate.sequence import (
     range_terms,
 )
 from mocap_jax.estimate.sequence.assemble import _cost, kinematics
-from mocap_jax.estimate.sequence.layout import (
-    Constants,
-    Corrections,
-    Gaussian,
-    Geometry,
-    Ground,
-    Layout,
-    Terms,
-    UserResidual,
-    Weights,
-)
+from mocap_jax.estimate.sequence.constants import Constants, Corrections, Geometry
+from mocap_jax.estimate.sequence.layout import Gaussian, Ground, Layout, Terms, Weights
 from mocap_jax.estimate.sequence.model_gradient import moved_constants
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State
+from mocap_jax.estimate.sequence.user_residuals import UserResidual
 from mocap_jax.residuals.inertial import CONSISTENT
 
 BODY = """<mujoco><worldbody><body name="pelvis" pos="0 0 1"><freejoint/><geom size=".1"/>
@@ -163,7 +155,7 @@ def stacked_residuals(problem: SequenceProblem, state: State, delta: jax.Array) 
     h = layout.halo
     behind = layout.chunk + h - T
     q = jnp.concatenate([jnp.repeat(q[:1], h, 0), q, jnp.repeat(q[-1:], behind, 0)])
-    terms, core = problem._terms, slice(h, h + layout.chunk)
+    terms, core = problem.chunked.padded, slice(h, h + layout.chunk)
     w = kinematics(layout, problem.body, q, constants)
     _, (inertial, ranges, pose) = _cost(
         layout, problem.body, w, q, constants, terms, problem.weights
@@ -338,7 +330,7 @@ def _unpadded(problem: SequenceProblem) -> Terms:
     h = problem.layout.halo
     fields = {}
     for f in dataclasses.fields(Terms):
-        value = getattr(problem._terms, f.name)
+        value = getattr(problem.chunked.padded, f.name)
         axis = 1 if f.name in ("reference", "reference_information") else 0
         fields[f.name] = jax.tree.map(
             lambda x, axis=axis: np.take(np.asarray(x), range(h, h + T), axis), value
@@ -357,7 +349,7 @@ def test_gate_sees_only_what_is_in_front() -> None:
 def test_least_damping_grows_with_the_boards_information_and_ignores_short_holds():
     problem, _ = make(2)
     plain = problem.least_damping
-    force = np.asarray(problem._terms.force_information)
+    force = np.asarray(problem.chunked.padded.force_information)
     problem.replace_terms(force_information=1e9 * force[: problem.frames])
     assert problem.least_damping > 1e3 * plain
     held = np.zeros_like(force[: problem.frames])

@@ -36,7 +36,7 @@ def test_weights_of_table_1() -> None:
     data = gather(recording, body, kinds="AO", root=False, rate_hz=RATE)
     no_prior = dataclasses.replace(options, pose_prior=None)  # it knows no joint of this body
     built = build(data, body, recording.setup, no_prior, root_given=False)
-    found = information(built, None, initial_levels(options, 3), 1.0, free=6)
+    found = information(built, None, initial_levels(options, 3), 1.0)
     middle = len(data.time) // 2
     # The declared white noise comes on top of the weights.
     assert found["orientation_information"][middle] == pytest.approx(1.0, rel=0.01)

@@ -12,6 +12,7 @@ from wanderers import wanderer, worn
 import mocap_jax as mj
 from mocap_jax.body import load_body
 from mocap_jax.errors import InputError
+from mocap_jax.initialise import RestOptions
 from mocap_jax.measurement import gather
 from mocap_jax.motion import Motion, human, together
 from mocap_jax.recording import RangeStream, Recording
@@ -82,6 +83,9 @@ def test_devices_of_bodies_are_named_like_those_of_suits() -> None:
     bare, both = together({"a": one, "b": one}).body, suits_together({"a": suit, "b": suit})
     assert set(sites) == set(mount(bare, both).topology.site_names)
     assert {"anchor/a/door", "anchor/b/door", "a/trunk"} <= set(sites)
+    # Anchors belong to the room: who is put elsewhere does not take them along.
+    moved = together({"a": dressed, "b": dressed}, {"b": (2.0, 0.0, 1.0)}).body
+    np.testing.assert_allclose(moved.site_pos[moved.site_index("anchor/b/door")], (1.0, 0.0, 2.0))
 
 
 def _still(body: mj.Body) -> Motion:
@@ -119,6 +123,48 @@ def test_distances_between_bodies_hold_the_second_one(recording: Recording) -> N
     assert root_error(held, recording, B_ROOT)[140:].max() < 0.12
     assert root_error(drifting, recording, B_ROOT)[late].mean() > 0.3
     assert root_error(held, recording, B_ROOT)[late].mean() < 0.06
+
+
+@pytest.mark.parametrize(
+    "hearing", ["b", pytest.param("a", marks=pytest.mark.slow),
+                pytest.param("ab", marks=pytest.mark.slow)],
+)  # fmt: skip
+def test_whoever_hears_the_ceiling_declared_places_are_guesses(
+    recording: Recording, hearing: str
+) -> None:
+    """Both are declared a quarter of a metre away from where they stand, and are found.
+
+    By way of the other person alone, seconds of ranges tell a root to 8 cm (its stated deviation).
+    """
+    short = mj.cut(recording, 0.0, 4.0)
+    heard = {(p, q) for p in "ab" for q in "ab"} | {("ceiling", p) for p in hearing}
+    rest = short.setup.rest
+    pose = dict(rest.pose)
+    for person, shift in (("a", (0.2, -0.1, 0.05)), ("b", (-0.15, 0.2, -0.05))):
+        pose[f"{person}/root"] = tuple(np.array(pose[f"{person}/root"]) + [*shift, 0, 0, 0, 0])
+    setup = replace(short.setup, rest=replace(rest, pose=pose))
+    moved = replace(only(short, heard), setup=setup, root=None)
+    options = replace(FREE, smooth=True, rest=RestOptions(root_position_sigma=0.3))
+    filtered = mj.ekf(moved, options=options)
+    best = mj.optimise(
+        moved, initial=filtered,
+        options=mj.OptimiseOptions(
+            kinds="AGD", root="free", noise=mj.NoiseOptions(adapt=False),
+            constants=mj.ConstantsOptions(adapt=False),
+        ),
+    )  # fmt: skip
+    for person, first in (("a", 0), ("b", B_ROOT)):
+        assert root_error(filtered, short, first)[280:].max() < 0.05
+        assert root_error(best, short, first).max() < (0.02 if person in hearing else 0.1)
+    assert sum("anchors tell where in the room it is" in text for text in best.remarks) == 2
+
+
+def test_the_second_root_is_said_to_be_free_where_that_of_the_first_is_given(
+    recording: Recording,
+) -> None:
+    inertial = mj.cut(recording, 0.0, 1.0)
+    told = mj.ekf(inertial, options=mj.EkfOptions(kinds="AG", root="given")).remarks
+    assert any("The measured root is that of a/Pelvis. Root of b/Pelvis free" in t for t in told)
 
 
 def test_wrong_people(pair: Motion) -> None:

@@ -8,32 +8,15 @@ from mocap_jax.body import load_body
 from mocap_jax.motion import Motion
 from mocap_jax.simulation import Mounting, Suit
 from mocap_jax.trajectory import Trajectory
+from tests.small_arm import small_arm
 
-_XML = """
-<mujoco>
-  <compiler angle="radian"/>
-  <worldbody>
-    <body name="Pelvis" pos="0 0 1.2">
-      <freejoint name="root"/>
-      <geom type="capsule" size="0.1" fromto="0 0 -0.2 0 0 0.2"/>
-      <body name="RightUpperArm" pos="0 -0.2 0.15">
-        <joint name="shoulder" type="ball"/>
-        <geom type="capsule" size="0.04" fromto="0 0 0 0.3 0 0"/>
-        <body name="RightForeArm" pos="0.3 0 0">
-          <joint name="elbow" axis="0 0 1" range="-0.1 2.6"/>
-          <geom type="capsule" size="0.03" fromto="0 0 0 0.25 0 0"/>
-        </body>
-      </body>
-    </body>
-  </worldbody>
-</mujoco>
-"""
 _HALF = float(np.sqrt(0.5))
 
 
 def wanderer(seconds: float, *, start: tuple[float, float] = (0.0, 0.0), seed: int = 0) -> Motion:
     """Somebody who sways within half a metre of where they start and moves the arm (120 Hz)."""
-    body, rng = load_body(_XML), np.random.default_rng(seed)
+    body = load_body(small_arm("Pelvis", "RightUpperArm", "RightForeArm", left=False))
+    rng = np.random.default_rng(seed)
     t = np.arange(0, seconds, 1 / 120)
     q = np.tile(np.asarray(body.qpos0), (len(t), 1))
     fade = np.clip(t, 0, 1) ** 3 * (10 - 15 * np.clip(t, 0, 1) + 6 * np.clip(t, 0, 1) ** 2)

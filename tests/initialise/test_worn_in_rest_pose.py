@@ -81,6 +81,18 @@ def test_anchors_stand_where_they_stood(recording, skeleton):
     np.testing.assert_allclose(body.site_quat[i], ear.orientation)
 
 
+def test_a_person_stands_where_they_stood(recording, skeleton):
+    """Shorter legs lower the root; they do not move it over the floor."""
+    own, rest = mj.load_body(recording.body_xml), recording.setup.rest
+    before = declared_pose(rest, own)
+    pose = {**rest.pose, own.topology.joint_names[0]: (3.0, -2.0, *before[2:7].tolist())}
+    setup = dataclasses.replace(recording.setup, rest=dataclasses.replace(rest, pose=pose))
+    worn, body = mj.wear(dataclasses.replace(recording, setup=setup), skeleton)
+    after = declared_pose(worn.setup.rest, body)
+    np.testing.assert_allclose(after[:2], (3.0, -2.0), atol=0.02)
+    assert after[2] < 0.97 * before[2]
+
+
 def test_a_recording_on_the_skeleton_is_estimated(recording, skeleton):
     """Orientations alone: limbs with boards point where the truth's do."""
     solution = mj.orientation_pass(*mj.wear(recording, skeleton))

@@ -10,7 +10,7 @@ import pytest
 
 from mocap_jax import so3
 from mocap_jax.body import Body
-from mocap_jax.estimate.sequence.layout import Constants
+from mocap_jax.estimate.sequence.constants import Constants
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State
 from mocap_jax.estimate.sequence.terms import build
 from mocap_jax.measurement import FrameData

@@ -9,26 +9,7 @@ from mocap_jax.body import load_body
 from mocap_jax.motion import Motion
 from mocap_jax.simulation import Mounting, Suit
 from mocap_jax.trajectory import Trajectory
-
-ARM = """
-<mujoco>
-  <compiler angle="radian"/>
-  <worldbody>
-    <body name="base" pos="0 0 1.2">
-      <freejoint name="root"/>
-      <geom type="capsule" size="0.1" fromto="0 0 -0.2 0 0 0.2"/>
-      <body name="upper" pos="0 0.2 0.15">
-        <joint name="shoulder" type="ball"/>
-        <geom type="capsule" size="0.04" fromto="0 0 0 0.3 0 0"/>
-        <body name="lower" pos="0.3 0 0">
-          <joint name="elbow" axis="0 0 1" range="-0.1 2.6"/>
-          <geom type="capsule" size="0.03" fromto="0 0 0 0.25 0 0"/>
-        </body>
-      </body>
-    </body>
-  </worldbody>
-</mujoco>
-"""
+from tests.small_arm import small_arm
 
 
 @pytest.fixture(scope="session")
@@ -50,7 +31,7 @@ def suit() -> Suit:
 @pytest.fixture(scope="session")
 def motion() -> Motion:
     """Four seconds at 120 Hz with content up to 2 Hz in every coordinate."""
-    body = load_body(ARM)
+    body = load_body(small_arm("base", "upper", "lower", left=True))
     t = np.arange(0, 4, 1 / 120)
     q = np.zeros((len(t), body.nq))
     wave = lambda a, f, p: a * np.sin(2 * np.pi * f * t + p)  # noqa: E731

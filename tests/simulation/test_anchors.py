@@ -97,21 +97,25 @@ def test_set_up_file_round_trip(anchored: Suit, tmp_path: Path) -> None:
     assert load_suit(tmp_path / "suit.toml") == upright
 
 
-def test_wrong_anchors(suit: Suit, motion, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("lines", "fault"),
+    [
+        ('[[anchors]]\nname="x"\nposition=[0,0,0]\nsegment="base"\n',
+         "unknown key 'segment'; valid: name, position"),
+        ('[[anchors]]\nname="x"\nposition=[0,0,0]\nemits=1\n', "emits must be true or false"),
+        ('[[anchors]]\nname="x"\nposition=[0,0,0]\nfrequency=0\n',
+         "frequency must be a number above 0"),
+        ("frequency=40000\n", "unknown key 'frequency'; valid: name, segment"),
+    ],
+)  # fmt: skip
+def test_wrong_set_up_files(lines: str, fault: str, tmp_path: Path) -> None:
     file = tmp_path / "suit.toml"
-    board = '[[boards]]\nname="a"\nsegment="base"\nposition=[0,0,0]\n'
-    file.write_text(board + '[[anchors]]\nname="x"\nposition=[0,0,0]\nsegment="base"\n')
-    with pytest.raises(InputError, match="unknown key 'segment'; valid: name, position"):
+    file.write_text(f'[[boards]]\nname="a"\nsegment="base"\nposition=[0,0,0]\n{lines}')
+    with pytest.raises(InputError, match=fault):
         load_suit(file)
-    file.write_text(board + '[[anchors]]\nname="x"\nposition=[0,0,0]\nemits=1\n')
-    with pytest.raises(InputError, match="emits must be true or false"):
-        load_suit(file)
-    file.write_text(board + '[[anchors]]\nname="x"\nposition=[0,0,0]\nfrequency=0\n')
-    with pytest.raises(InputError, match="frequency must be a number above 0"):
-        load_suit(file)
-    file.write_text(board + "frequency=40000\n")
-    with pytest.raises(InputError, match="unknown key 'frequency'; valid: name, segment"):
-        load_suit(file)
+
+
+def test_wrong_anchors(suit: Suit, motion) -> None:
     with pytest.raises(InputError, match="'anchor/ear' exists already"):
         simulate(motion, suit=replace(suit, anchors=(EAR, EAR)))
     with pytest.raises(InputError, match="no boards"):

@@ -12,7 +12,8 @@ from jaxtyping import Bool, Float, Int
 
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError
-from mocap_jax.estimate.filter_frame import FilterModel, FrameInput, Parameters, filter_frame
+from mocap_jax.estimate.filter_frame import filter_frame
+from mocap_jax.estimate.filter_model import FilterModel, FrameInput, Parameters
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.filter_run import prepare
 from mocap_jax.estimate.inputs import body_of, uses_root

@@ -15,8 +15,8 @@ from jaxtyping import Float
 
 from mocap_jax import so3
 from mocap_jax.body import Body, retract
+from mocap_jax.estimate.sequence.constants import Constants
 from mocap_jax.estimate.sequence.layout import (
-    Constants,
     Layout,
     Terms,
     Weights,

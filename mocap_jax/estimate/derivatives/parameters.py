@@ -197,6 +197,8 @@ def _reference_information(layout: Layout, fixed: Fixed, p: Parameters) -> Array
     # Where the root was not measured, what holds it still is no root measurement.
     rooted = jnp.full((len(fixed.root_known), nv), square("rest_sigma"))
     rooted = rooted.at[:, :first].set(jnp.where(fixed.root_known[:, None], root, 1.0))
+    if (further := layout.topology.root_dofs[first:]).any():
+        rooted = rooted.at[:, first + np.flatnonzero(further)].set(1.0)
     weak = jnp.full(rooted.shape, square("pose_sigma"))
     return fixed.terms.reference_information * jnp.stack([rooted, weak])
 

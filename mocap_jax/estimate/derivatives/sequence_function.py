@@ -26,7 +26,7 @@ from mocap_jax.estimate.derivatives.parameters import (
     terms_of,
 )
 from mocap_jax.estimate.derivatives.search import search
-from mocap_jax.estimate.sequence.layout import Constants
+from mocap_jax.estimate.sequence.constants import Constants
 from mocap_jax.estimate.sequence.levels import (
     GEOMETRY_KINDS,
     KINDS,

@@ -271,15 +271,15 @@ def _rest(
     levels: Levels,
     often: float,
 ) -> float:
-    """How far the subject was from the declared rest pose, per coordinate [rad]."""
-    first = 6 if problem.body.has_free_root else 0
+    """How far the subject was from the declared rest pose, per joint coordinate [rad]."""
+    joints = ~problem.layout.topology.root_dofs
     rest = built.rest_frames
     middle = rest[len(rest) // 2]
     declared = jnp.asarray(built.terms.reference[0, middle])
     offset = np.asarray(
         difference(problem.layout.topology, declared, jnp.asarray(state.q[middle]))
-    )[first:]
-    images = [step[rest].mean(0)[first:] for step, _ in draws]
+    )[joints]
+    images = [step[rest].mean(0)[joints] for step, _ in draws]
     leverage = often * np.mean([(x**2).sum() for x in images]) / levels.rest**2
     redundancy = max(len(offset) - leverage, _LEAST_REDUNDANCY * len(offset))
     return float(np.sqrt((offset**2).sum() / redundancy))

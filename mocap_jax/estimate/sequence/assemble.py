@@ -10,7 +10,6 @@ from functools import partial
 from typing import NamedTuple
 
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 from jaxtyping import Float
 
@@ -26,15 +25,9 @@ from mocap_jax.estimate.sequence import (
     range_terms,
 )
 from mocap_jax.estimate.sequence.composite import joint_block, joint_border, joint_gradient
+from mocap_jax.estimate.sequence.constants import Constants
 from mocap_jax.estimate.sequence.geometry_terms import GeometryInformation
-from mocap_jax.estimate.sequence.layout import (
-    Constants,
-    Layout,
-    Terms,
-    Weights,
-    by_field,
-    frame_axis,
-)
+from mocap_jax.estimate.sequence.layout import Layout, Terms, Weights
 from mocap_jax.estimate.sequence.window import Window, kinematics, sensor_dofs
 from mocap_jax.stored_programs import StoredProgram
 
@@ -200,26 +193,3 @@ def chunk_border(
     blocks = blocks + jnp.pad(range_border, ((0, 0), (0, 0), around, (0, 0)))
     blocks = blocks.reshape(blocks.shape[0], -1, layout.topology.nv)
     return jnp.concatenate([blocks, geometry], axis=1)
-
-
-def cut(tree: Terms, layout: Layout, index: int) -> Terms:
-    """Chunk `index` with its halo, from arrays padded by the halo in front."""
-    first = index * layout.chunk
-    return cut_frames(tree, first, first + layout.chunk + 2 * layout.halo)
-
-
-def cut_frames(tree: Terms, first: int, last: int) -> Terms:
-    """Rows `first` to `last` of all arrays."""
-
-    def rows(name: str, x: Array) -> Array:
-        return x[:, first:last] if frame_axis(name) else x[first:last]
-
-    return by_field(tree, rows)
-
-
-def pad_frames(x: np.ndarray, layout: Layout, chunks: int, axis: int, *, edge: bool) -> np.ndarray:
-    """Pad the frame axis by the halo in front and up to whole chunks plus a halo behind."""
-    total = chunks * layout.chunk + 2 * layout.halo
-    widths = [(0, 0)] * x.ndim
-    widths[axis] = (layout.halo, total - layout.halo - x.shape[axis])
-    return np.pad(x, widths, mode="edge" if edge else "constant")

@@ -9,7 +9,7 @@ import numpy as np
 
 from mocap_jax.estimate.background import compile_once
 from mocap_jax.estimate.sequence.assemble import assemble_chunk, chunk_border, evaluate_chunk
-from mocap_jax.estimate.sequence.layout import no_errors
+from mocap_jax.estimate.sequence.constants import no_errors
 from mocap_jax.estimate.sequence.problem import SequenceProblem
 
 
@@ -20,7 +20,7 @@ def compile_ahead(problem: SequenceProblem) -> list[Future[None]]:
 
 def _prepare(problem: SequenceProblem) -> None:
     layout, dtype = problem.layout, problem.dtype
-    terms = problem.chunk_terms(0)
+    terms = problem.chunked.chunk(0)
     constants = jax.tree.map(lambda x: jax.numpy.asarray(x, dtype), no_errors(layout))
     arguments = (problem.body, np.asarray(terms.reference[0]), constants, terms, problem.weights)
     out = assemble_chunk.prepare(layout, *arguments)

@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from mocap_jax import so3
 from mocap_jax.estimate.sequence.assemble import ChunkSystem
-from mocap_jax.estimate.sequence.layout import Constants
+from mocap_jax.estimate.sequence.constants import Constants
 
 
 def constant_values(c: Constants) -> Float[np.ndarray, "m"]:

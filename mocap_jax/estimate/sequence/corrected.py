@@ -12,7 +12,8 @@ import jax.numpy as jnp
 from jax import Array
 from jaxtyping import Float
 
-from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms
+from mocap_jax.estimate.sequence.constants import Constants
+from mocap_jax.estimate.sequence.layout import Layout, Terms
 from mocap_jax.estimate.sequence.window import Window
 
 

@@ -10,8 +10,9 @@ import jax.numpy as jnp
 from jax import Array
 
 from mocap_jax import so3
+from mocap_jax.estimate.sequence.constants import Constants
 from mocap_jax.estimate.sequence.corrected import slope
-from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms
+from mocap_jax.estimate.sequence.layout import Layout, Terms
 
 
 def diagonal(x: Array) -> Array:

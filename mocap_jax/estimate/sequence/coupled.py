@@ -15,7 +15,7 @@ from jax import Array
 from jaxtyping import Float
 
 from mocap_jax.body import Body, Piecewise, couplings
-from mocap_jax.estimate.sequence.layout import COUPLINGS, UserResidual
+from mocap_jax.estimate.sequence.user_residuals import COUPLINGS, UserResidual
 
 # Standard deviation of a coordinate from its function, in each frame [rad, m]: far below what is
 # measured, and far above what rounding makes of the normal equations.

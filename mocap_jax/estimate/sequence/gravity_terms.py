@@ -13,9 +13,10 @@ from jax import Array
 from jaxtyping import Float
 
 from mocap_jax import so3
+from mocap_jax.estimate.sequence.constants import Constants
 from mocap_jax.estimate.sequence.corrected import unbiased
 from mocap_jax.estimate.sequence.correction_terms import diagonal, gain_of
-from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
+from mocap_jax.estimate.sequence.layout import Layout, Terms, Weights
 from mocap_jax.estimate.sequence.site_information import (
     SiteInformation,
     columns,

@@ -13,8 +13,9 @@ from jax import Array
 from jaxtyping import Float
 
 from mocap_jax import so3
+from mocap_jax.estimate.sequence.constants import Constants
 from mocap_jax.estimate.sequence.corrected import force_rotation, forces, rates
-from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
+from mocap_jax.estimate.sequence.layout import Layout, Terms, Weights
 from mocap_jax.estimate.sequence.orientation_prediction import predicted
 from mocap_jax.estimate.sequence.window import Window
 from mocap_jax.residuals.inertial import log_below_pi

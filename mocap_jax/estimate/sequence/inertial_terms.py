@@ -16,6 +16,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from mocap_jax import so3
+from mocap_jax.estimate.sequence.constants import Constants
 from mocap_jax.estimate.sequence.corrected import force_rotation, forces, rates
 from mocap_jax.estimate.sequence.correction_terms import acceleration_columns, rate_columns
 from mocap_jax.estimate.sequence.geometry_terms import AccelerationRows
@@ -23,7 +24,7 @@ from mocap_jax.estimate.sequence.inertial_residuals import (
     InertialResiduals,
     robust_information,
 )
-from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
+from mocap_jax.estimate.sequence.layout import Layout, Terms, Weights
 from mocap_jax.estimate.sequence.orientation_terms import add_orientations
 from mocap_jax.estimate.sequence.site_information import (
     SiteInformation,
@@ -99,42 +100,60 @@ def _add_acceleration(
     alpha = jacobian.alpha
     n = w.position.shape[0]
     y = [jacobian.turn[j] - alpha[j] * relative[j : n - 2 + j] for j in range(3)]
-    start, size = core.start, core.stop - core.start
+    blocks = _acceleration_blocks(total.blocks, info, alpha, y, core)
+    second = sum(alpha[j] * w.site_rotation[j : n - 2 + j] for j in range(3))
+    others = acceleration_columns(layout, rotation, constants, terms, force, jacobian.bias)
+    cols = columns(layout, jacobian.mounting, offset=second, **others)
+    rows = AccelerationRows(r.acceleration, info, alpha, y, cols)
+    gradient, border = _acceleration_slopes(layout, total, rows, core)
+    found = corner(
+        layout, total, cols, info, r.acceleration, core.start - 1, core.stop - core.start
+    )
+    return SiteInformation(blocks, gradient, border, *found, rows)
+
+
+def _centred(x: Array, core: slice, place: int) -> Array:
+    """Rows of x (by centre) whose window has core frame k at `place` (-1, 0, 1)."""
+    first = core.start - place - 1
+    return x[first : first + core.stop - core.start]
+
+
+def _acceleration_blocks(
+    blocks: tuple[Array, ...], info: Array, alpha: Array, y: list[Array], core: slice
+) -> tuple[Array, ...]:
+    """Blocks of frames none, one and two apart, those of accelerations added."""
+    out = list(blocks)
     eye = jnp.eye(3, dtype=info.dtype)
-
-    def centred(x: Array, offset: int) -> Array:
-        """Rows of x (by centre) whose window has core frame k at place `offset` (-1, 0, 1)."""
-        first = start - offset - 1
-        return x[first : first + size]
-
-    blocks = list(total.blocks)
     for later in range(3):
         for earlier in range(later + 1):
             place = earlier - 1
-            wt = centred(info, place)
-            y_l, y_e = centred(y[later], place), centred(y[earlier], place)
+            wt = _centred(info, core, place)
+            y_l, y_e = _centred(y[later], core, place), _centred(y[earlier], core, place)
             ll = (wt * alpha[later] * alpha[earlier])[..., None, None] * eye
             lw = so3.skew((wt * alpha[later])[..., None] * y_e)
             wl = -so3.skew((wt * alpha[earlier])[..., None] * y_l)
             dot = (wt * (y_l * y_e).sum(-1))[..., None, None] * eye
             ww = dot - outer(wt[..., None] * y_e, y_l)
-            blocks[later - earlier] = blocks[later - earlier] + stack(ll, lw, wl, ww)
+            out[later - earlier] = out[later - earlier] + stack(ll, lw, wl, ww)
+    return tuple(out)
+
+
+def _acceleration_slopes(
+    layout: Layout, total: SiteInformation, rows: AccelerationRows, core: slice
+) -> tuple[Array, Array]:
+    """Gradient and border, those of accelerations added."""
     gradient, border = total.gradient, total.border
-    second = sum(alpha[j] * w.site_rotation[j : n - 2 + j] for j in range(3))
-    others = acceleration_columns(layout, rotation, constants, terms, force, jacobian.bias)
-    cols = columns(layout, jacobian.mounting, offset=second, **others)
-    weighted = info[..., None] * r.acceleration
+    weighted = rows.information[..., None] * rows.residual
     for j in range(3):
-        force_j = alpha[j] * centred(weighted, j - 1)
-        moment_j = so3.cross(centred(weighted, j - 1), centred(y[j], j - 1))
-        gradient = gradient + jnp.concatenate([force_j, moment_j], axis=-1)
+        y = _centred(rows.y[j], core, j - 1)
+        force = rows.alpha[j] * _centred(weighted, core, j - 1)
+        moment = so3.cross(_centred(weighted, core, j - 1), y)
+        gradient = gradient + jnp.concatenate([force, moment], axis=-1)
         if layout.use_border:
-            by = centred(info[..., None, None] * cols, j - 1)
-            angular = matmul(transpose(so3.skew(centred(y[j], j - 1))), by)
-            border = border + jnp.concatenate([alpha[j] * by, angular], axis=-2)
-    square, slope = corner(layout, total, cols, info, r.acceleration, start - 1, size)
-    rows = AccelerationRows(r.acceleration, info, alpha, y, cols)
-    return SiteInformation(tuple(blocks), gradient, border, square, slope, rows)
+            by = _centred(rows.information[..., None, None] * rows.columns, core, j - 1)
+            angular = matmul(transpose(so3.skew(y)), by)
+            border = border + jnp.concatenate([rows.alpha[j] * by, angular], axis=-2)
+    return gradient, border
 
 
 def _add_rate(

@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Bool, Float
 
-from mocap_jax.estimate.sequence.layout import COUPLINGS, KNEES, Layout
+from mocap_jax.estimate.sequence.layout import Layout
+from mocap_jax.estimate.sequence.user_residuals import COUPLINGS, KNEES
 
 # Least damping, relative to what the boards' readings hold jitter with: from a third of it to three
 # times as much, solves take the same number of steps.

@@ -18,7 +18,7 @@ from jaxtyping import Float
 
 from mocap_jax.body import Body
 from mocap_jax.body.topology import BALL
-from mocap_jax.estimate.sequence.layout import KNEES, UserResidual
+from mocap_jax.estimate.sequence.user_residuals import KNEES, UserResidual
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.residuals.hinge import hinge_residual
 from mocap_jax.solution.anatomy import anatomical_frames

@@ -149,7 +149,7 @@ def repeats(options: OptimiseOptions, frames: int) -> float:
 
 
 def information(
-    built: Built, gate: np.ndarray | None, levels: Levels, repeats: float, *, free: int
+    built: Built, gate: np.ndarray | None, levels: Levels, repeats: float
 ) -> dict[str, np.ndarray]:
     """Information arrays under given levels.
 
@@ -158,8 +158,7 @@ def information(
         gate: w_a of every range, or None.
         levels: model errors and priors.
         repeats: see `prior_information`; the declared rest pose counts as often where most sensors
-            have model errors.
-        free: number of root degrees of freedom (not touched by the rest prior).
+            have model errors. Roots keep theirs.
     """
     out = {}
     for kind, field in INFORMATION.items():
@@ -170,7 +169,7 @@ def information(
         out["range_information"] = out["range_information"] * gate
     if len(built.rest_frames):
         info = np.array(built.terms.reference_information)
-        frames, joints = built.rest_frames, np.arange(free, info.shape[2])
+        frames, joints = built.rest_frames, np.flatnonzero(~built.layout.topology.root_dofs)
         often = repeats if mostly_wrong(levels, built) else 1.0
         info[0][np.ix_(frames, joints)] = often / (levels.rest**2 * len(frames))
         out["reference_information"] = info

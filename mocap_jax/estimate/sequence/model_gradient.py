@@ -28,14 +28,8 @@ from mocap_jax.estimate.sequence import (
     pose_terms,
     range_terms,
 )
-from mocap_jax.estimate.sequence.layout import (
-    Constants,
-    Corrections,
-    Geometry,
-    Layout,
-    Terms,
-    Weights,
-)
+from mocap_jax.estimate.sequence.constants import Constants, Corrections, Geometry
+from mocap_jax.estimate.sequence.layout import Layout, Terms, Weights
 from mocap_jax.estimate.sequence.window import Window, kinematics
 from mocap_jax.residuals.robust import loss, weight
 from mocap_jax.stored_programs import StoredProgram

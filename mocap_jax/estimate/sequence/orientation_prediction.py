@@ -7,7 +7,8 @@ from jax import Array
 from jaxtyping import Float
 
 from mocap_jax import so3
-from mocap_jax.estimate.sequence.layout import Constants, Layout
+from mocap_jax.estimate.sequence.constants import Constants
+from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.residuals.inertial import log_below_pi
 
 

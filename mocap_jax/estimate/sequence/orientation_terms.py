@@ -16,8 +16,9 @@ from jax import Array
 from jaxtyping import Float
 
 from mocap_jax import so3
+from mocap_jax.estimate.sequence.constants import Constants
 from mocap_jax.estimate.sequence.inertial_residuals import robust_information
-from mocap_jax.estimate.sequence.layout import Constants, Layout, Terms, Weights
+from mocap_jax.estimate.sequence.layout import Layout, Terms, Weights
 from mocap_jax.estimate.sequence.orientation_prediction import spin
 from mocap_jax.estimate.sequence.site_information import (
     SiteInformation,

@@ -8,6 +8,7 @@ import numpy as np
 
 from mocap_jax.body import Body, floating_dofs
 from mocap_jax.errors import InputError
+from mocap_jax.estimate.free_roots import FreeRoot
 from mocap_jax.estimate.sequence.pose_prior_terms import OnBody
 from mocap_jax.estimate.shared_joints import shared_joints
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions, PriorOptions
@@ -17,7 +18,7 @@ from mocap_jax.recording import Setup
 
 # The frame-by-frame root hold of a still person during the declared rest [m], [rad].
 _STILL = 0.005
-# How far the root may be from its declared place where anchors tell [m], [rad].
+# How far a root may be from its declared place where ranges tell [m], [rad].
 _GUESS = 1.0, 0.3
 
 
@@ -31,7 +32,7 @@ def rest_frames(data: FrameData, setup: Setup) -> np.ndarray:
 
 def pose_fields(
     data: FrameData, body: Body, setup: Setup, options: OptimiseOptions, rest: np.ndarray,
-    usual: OnBody | None, *, root_given: bool,
+    usual: OnBody | None, roots: tuple[FreeRoot, ...],
 ) -> dict[str, Any]:  # fmt: skip
     """Fields of `Terms` that say what is assumed about poses.
 
@@ -42,13 +43,11 @@ def pose_fields(
         options: of the optimiser.
         rest: frames of the declared rest hold.
         usual: the pose prior on this body.
-        root_given: use the measured root pose.
+        roots: of the body.
     """
     step, frames = float(data.step), len(data.time)
     inside = np.zeros(body.nv, bool) if usual is None else usual.inside
-    reference, information = references(
-        data, body, setup, options, rest, inside, root_given=root_given
-    )
+    reference, information = references(data, body, setup, options, rest, inside, roots)
     limit = step / options.prior.limit_sigma**2 if options.prior.limits else 0.0
     return {
         "reference": reference,
@@ -67,56 +66,41 @@ def references(
     options: OptimiseOptions,
     rest: np.ndarray,
     usual: np.ndarray,
-    *,
-    root_given: bool,
+    roots: tuple[FreeRoot, ...],
 ) -> tuple[np.ndarray, np.ndarray]:
     """Reference poses (2, t, nq) and their information (2, t, nv).
 
     The first are the measured root and the declared rest pose, the second is the weak prior. It
-    leaves joints to the pose prior that have one (mask `usual`, nv).
+    leaves joints to the pose prior that have one (mask `usual`, nv). The declared place of a root
+    that nothing says more of is held while the person is still; where ranges do, it is a guess.
     """
     t, nv = len(data.time), body.nv
     declared = declared_pose(setup.rest, body)
     reference = np.tile(declared, (2, t, 1))
     information = np.zeros((2, t, nv))
-    joints = np.arange(6 if body.has_free_root else 0, nv)
+    joints = np.flatnonzero(~body.topology.root_dofs)
     prior = options.prior
     if len(rest):
         information[0, rest[:, None], joints] = 1 / (prior.rest_sigma**2 * len(rest))
     information[1][:, joints] = float(data.step) / prior.pose_sigma**2
     information[1][:, usual] = 0.0
-    information[1][:, _further_roots(body)] = 0.0
     floating = floating_dofs(body)
     information[0][:, floating] = 0.0
     information[1][:, floating] = float(data.step) / _skin(prior).size
-    if not body.has_free_root:
-        return reference, information
-    if root_given:
-        _put_root(reference[0], information[0], data, setup)
-    else:
-        still = rest if len(rest) else np.arange(2)
-        information[0][np.ix_(still, np.arange(6))] = 1 / _STILL**2
-        if _hears_anchors(data, body):
-            # Where in the room the person stands is measured: the declaration is a guess.
-            information[0][still, :3] = 1 / (_GUESS[0] ** 2 * len(still))
-            information[0][still, 3:6] = 1 / (_GUESS[1] ** 2 * len(still))
+    still = rest if len(rest) else np.arange(2)
+    for root in roots:
+        if root.tie == "measured":
+            _put_root(reference[0], information[0], data, setup)
+        else:
+            information[0][still, root.first_v : root.first_v + 6] = _hold(root, len(still))
     return reference, information
 
 
-def _hears_anchors(data: FrameData, body: Body) -> bool:
-    """Whether there are ranges to devices that are fixed in the world."""
-    fixed = np.array(body.topology.site_body) == 0
-    at = np.asarray(data.range_weight) > 0
-    return any(fixed[np.asarray(s)[at]].any() for s in (data.range_source, data.range_receiver))
-
-
-def _further_roots(body: Body) -> np.ndarray:
-    """Coordinates of other people's roots (nv,), which have no usual place."""
-    topology, out = body.topology, np.zeros(body.nv, bool)
-    for kind, first in list(zip(topology.joint_types, topology.joint_dof, strict=True))[1:]:
-        if kind == "free":
-            out[first : first + 6] = True
-    return out
+def _hold(root: FreeRoot, frames: int) -> np.ndarray:
+    """Information (6,) that each of the still frames has of a root's declared place."""
+    if not root.by_ranges:
+        return np.full(6, 1 / _STILL**2)
+    return np.repeat([1 / (sigma**2 * frames) for sigma in _GUESS], 3)
 
 
 def _put_root(

@@ -11,7 +11,8 @@ from jax import Array
 from jaxtyping import Float
 
 from mocap_jax.body import Body, difference, retract
-from mocap_jax.estimate.sequence.layout import Layout, Terms, UserResidual, Weights
+from mocap_jax.estimate.sequence.layout import Layout, Terms, Weights
+from mocap_jax.estimate.sequence.user_residuals import UserResidual
 from mocap_jax.residuals.joint_space import (
     increment_jacobians,
     limit_violation,

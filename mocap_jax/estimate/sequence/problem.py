@@ -24,23 +24,18 @@ from mocap_jax.estimate.sequence.assemble import (
     ChunkValues,
     assemble_chunk,
     chunk_border,
-    cut,
-    cut_frames,
     evaluate_chunk,
-    pad_frames,
 )
 from mocap_jax.estimate.sequence.border import Border
+from mocap_jax.estimate.sequence.chunks import ChunkedTerms, cast
+from mocap_jax.estimate.sequence.constants import Constants
 from mocap_jax.estimate.sequence.corner import add_chunk, prior_equations
 from mocap_jax.estimate.sequence.jitter import bending, least_damping
 from mocap_jax.estimate.sequence.layout import (
-    Constants,
     Ground,
     Layout,
     Terms,
     Weights,
-    by_field,
-    frame_axis,
-    repeats_at_ends,
 )
 from mocap_jax.estimate.sequence.model_gradient import model_gradient, moved_constants
 from mocap_jax.least_squares import Follow, NormalEquations
@@ -81,18 +76,16 @@ class SequenceProblem:
         mixing: what these are measurements of (m, m), see `prior_equations`.
         """
         self.refines = refines
-        self.frames = terms.force.shape[0]
-        self.chunks = -(-self.frames // layout.chunk)
         self.dtype = dtype = dtype or np.dtype(np.float64)
         self.layout = layout
         # The model's text would be part of the compilation key.
-        self.body = _cast(dataclasses.replace(body, xml=""), dtype)
-        self.weights = _cast(weights, dtype)
+        self.body = cast(dataclasses.replace(body, xml=""), dtype)
+        self.weights = cast(weights, dtype)
         self.prior_information = np.ravel(prior_information)
         self.readings = readings or (np.zeros(layout.constants), np.zeros(layout.constants))
         self.mixing = mixing
-        self._terms = self._pad(terms)
-        self._cuts: list[Terms] | None = None
+        self.chunked = ChunkedTerms(layout, terms, dtype)
+        self.frames = self.chunked.frames
         self._lower: np.ndarray | None = None
         self._retract = jax.jit(jax.vmap(lambda a, d: retract(layout.topology, a, d)))
 
@@ -105,14 +98,14 @@ class SequenceProblem:
     def least_damping(self) -> float:
         """A share of how firmly boards hold second differences of joint angles [1/rad^2]."""
         frames = slice(self.layout.halo, self.layout.halo + self.frames)
-        rate, force = self._terms.rate_information, self._terms.force_information
+        terms = self.chunked.padded
+        rate, force = terms.rate_information, terms.force_information
         return least_damping(rate[frames], force[frames], self.step)
 
     @property
     def terms(self) -> Terms:
         """Measurements and information of all frames."""
-        last = self.layout.halo + self.frames
-        return cut_frames(self._terms, self.layout.halo, last)
+        return self.chunked.whole
 
     @property
     def step(self) -> float:
@@ -122,7 +115,7 @@ class SequenceProblem:
     @property
     def program(self) -> tuple[object, ...]:
         """What the traced functions are compiled for."""
-        return self.layout, self.dtype, self._terms.range_distance.shape[1]
+        return self.layout, self.dtype, self.chunked.padded.range_distance.shape[1]
 
     @property
     def unknowns(self) -> int:
@@ -131,16 +124,7 @@ class SequenceProblem:
 
     def replace_terms(self, **changes: np.ndarray | tuple[np.ndarray, ...]) -> None:
         """Exchange measurement or information arrays of (t, ...) frames."""
-
-        def pad(name: str, value: np.ndarray) -> np.ndarray:
-            return pad_frames(value, self.layout, self.chunks, frame_axis(name), edge=False)
-
-        padded: dict[str, Any] = {
-            name: jax.tree.map(lambda x, name=name: pad(name, x), value)
-            for name, value in changes.items()
-        }
-        self._terms = dataclasses.replace(self._terms, **padded)
-        self._cuts = None
+        self.chunked.replace(**changes)
 
     def replace_weights(self, **changes: np.ndarray | float | Ground) -> None:
         """Exchange numbers of the traced part."""
@@ -148,28 +132,11 @@ class SequenceProblem:
         cast: dict[str, Any] = {k: jax.tree.map(numbers, value) for k, value in changes.items()}
         self.weights = dataclasses.replace(self.weights, **cast)
 
-    def _pad(self, terms: Terms) -> Terms:
-        def pad(name: str, x: np.ndarray) -> np.ndarray:
-            edge = repeats_at_ends(name)
-            return pad_frames(np.asarray(x), self.layout, self.chunks, frame_axis(name), edge=edge)
-
-        return by_field(terms, pad)
-
     def _inputs(self, state: State) -> Iterator[tuple]:
         """Arguments of the traced functions, chunk by chunk."""
-        # Cut in NumPy: slicing two dozen JAX arrays one by one costs as much as the cost itself.
-        q = pad_frames(np.asarray(state.q, self.dtype), self.layout, self.chunks, 0, edge=True)
-        constants = _cast(state.constants, self.dtype)
-        if self._cuts is None:
-            self._cuts = [self.chunk_terms(i) for i in range(self.chunks)]
-        for i, terms in enumerate(self._cuts):
-            first = i * self.layout.chunk
-            rows = q[first : first + self.layout.chunk + 2 * self.layout.halo]
+        constants = cast(state.constants, self.dtype)
+        for rows, terms in self.chunked.with_poses(state.q):
             yield self.body, rows, constants, terms
-
-    def chunk_terms(self, index: int) -> Terms:
-        """Measurements of one chunk with its halo, as the traced functions take them."""
-        return _cast(cut(self._terms, self.layout, index), self.dtype)
 
     def _values(self, state: State) -> list[ChunkValues]:
         return [evaluate_chunk(self.layout, *a, self.weights) for a in self._inputs(state)]
@@ -188,8 +155,8 @@ class SequenceProblem:
         """
         width, nv = self.layout.half_bandwidth + 1, self.layout.topology.nv
         if self._lower is None:
-            self._lower = np.empty((self.chunks * self.layout.chunk, width, nv, nv))
-        gradient = np.empty((self.chunks * self.layout.chunk, nv))
+            self._lower = np.empty((self.chunked.count * self.layout.chunk, width, nv, nv))
+        gradient = np.empty((self.chunked.count * self.layout.chunk, nv))
         compact: list[tuple[np.ndarray, ...]] = []
         lower = self._lower[: self.frames]
         border = Border(self.layout, compact, self.frames) if self.layout.use_border else None
@@ -302,14 +269,3 @@ class SequenceProblem:
             kind: np.concatenate([np.asarray(p[kind]) for p in parts])[: self.frames]
             for kind in parts[0]
         }
-
-
-def _cast(tree: Any, dtype: np.dtype) -> Any:
-    """Floating arrays of a pytree to one dtype, as JAX arrays."""
-
-    def one(x: Any) -> jax.Array:
-        # NumPy converts without compiling; `asarray` of the result is a plain copy.
-        floating = jnp.issubdtype(x.dtype, jnp.floating)
-        return jnp.asarray(np.asarray(x, dtype) if floating else x)
-
-    return jax.tree.map(one, tree)

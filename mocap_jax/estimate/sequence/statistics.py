@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mocap_jax.body import Body
+from mocap_jax.body.site_names import SOURCE_PREFIX
 from mocap_jax.estimate.sequence.terms import Built
 from mocap_jax.measurement import FrameData
 from mocap_jax.residuals.robust import weight
@@ -77,7 +78,7 @@ def _range_rows(
         if chosen.any():
             row |= _row(-residual[chosen][:, None], info[chosen])
             row["lowered"] = float(lowered[chosen].mean())
-        out[f"range/{name(source).removeprefix('source/')}-{name(receiver)}"] = row
+        out[f"range/{name(source).removeprefix(SOURCE_PREFIX)}-{name(receiver)}"] = row
     return out
 
 

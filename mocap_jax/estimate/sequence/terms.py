@@ -11,21 +11,21 @@ from mocap_jax import so3
 from mocap_jax.body import Body, site_segments
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.contact.contacts import Contacts
+from mocap_jax.estimate.free_roots import FreeRoot, free_roots
+from mocap_jax.estimate.gravity_reference import GravityReference, gravity_reference
+from mocap_jax.estimate.measured_rotation import uses_measured_rotation, where_turned
 from mocap_jax.estimate.sequence.corrections import correction_fields, slope_terms, walk_of
 from mocap_jax.estimate.sequence.coupled import coupled_coordinates
 from mocap_jax.estimate.sequence.knees import knee_hinges
-from mocap_jax.estimate.sequence.layout import (
-    COUPLINGS,
-    KNEES,
-    NO_GROUND,
-    NO_PRIOR,
-    Layout,
-    Terms,
-    UserResidual,
-    Weights,
-)
+from mocap_jax.estimate.sequence.layout import NO_GROUND, NO_PRIOR, Layout, Terms, Weights
 from mocap_jax.estimate.sequence.pose_information import pose_fields, rest_frames
 from mocap_jax.estimate.sequence.pose_prior_terms import OnBody, on_body
+from mocap_jax.estimate.sequence.user_residuals import (
+    UserResidual,
+    check_names,
+    data_of,
+    mask_of,
+)
 from mocap_jax.estimate.sequence.variances import Variances, variances
 from mocap_jax.estimate.sequence.walk import Walk
 from mocap_jax.estimate.whole_sequence_options import ConstantsOptions, OptimiseOptions
@@ -52,6 +52,10 @@ class Built:
     """How biases walk; None where they stay."""
     contacts: Contacts | None = None
     """Feet that stand; None where they are not looked for."""
+    roots: tuple[FreeRoot, ...] = ()
+    """Roots of the people in the body."""
+    remarks: tuple[str, ...] = ()
+    """What a solution is to say of the problem."""
 
 
 def build(
@@ -62,6 +66,7 @@ def build(
     *,
     root_given: bool,
     user_data: tuple = (),
+    inertial: FrameData | None = None,
 ) -> Built:
     """Assemble layout, terms and weights.
 
@@ -72,32 +77,42 @@ def build(
         options: options of the optimiser.
         root_given: use the measured root pose.
         user_data: per user residual, a pytree of arrays with one row a frame (or None).
+        inertial: accelerometers and gyroscopes of the same frames for `options.gravity`, where
+            `data` leaves them out; default `data`.
 
     Raises:
         InputError: no measurement of the kinds chosen, no root pose where it is given, or options
-            of the constants that are not valid.
+            that are not valid or that the measurements do not serve.
     """
     knees, knee_data = knee_hinges(body, len(data.time), options)
     coupled, coupled_data = coupled_coordinates(body, len(data.time))
-    _check_names(options.user_residuals)
+    check_names(options.user_residuals)
     user = (*options.user_residuals, *knees, *coupled)
     usual = on_body(body, options.pose_prior, options.prior.share_sigma)
     rest = rest_frames(data, setup)
+    roots = free_roots(data, body.topology, root_given=root_given)
     contacts = _contacts(data, body, setup, options, rest, root_given=root_given)
+    gravity = _gravity(data if inertial is None else inertial, body, options)
     layout = _layout(data, body, options, user, usual, contacts)
     walking = walk_of(data, layout.gyroscope_steps, layout.accelerometer_steps)
-    inertial = _inertial(data, options)
+    readings = _inertial(data, options)
     terms = Terms(
-        **_readings(data, setup, inertial, layout),
-        **pose_fields(data, body, setup, options, rest, usual, root_given=root_given),
-        user_data=(*_data_of(options.user_residuals, user_data), *knee_data, *coupled_data),
-        user_mask=tuple(_user_mask(r, len(data.time)) for r in user),
+        **_readings(data, setup, readings, layout),
+        **pose_fields(data, body, setup, options, rest, usual, roots),
+        user_data=(*data_of(options.user_residuals, user_data), *knee_data, *coupled_data),
+        user_mask=tuple(mask_of(r, len(data.time)) for r in user),
         walk=(walking.at_frames,) if walking else (),
         contact=contacts.none if contacts else (),
+        gravity=(gravity.force, gravity.information) if gravity else (),
     )
-    weights = _weights(options, float(data.step), usual, contacts)
-    variance = _variances(data, setup, options, inertial, layout)
-    return Built(layout, terms, weights, rest, variance, walking, contacts)
+    weights = _weights(options, float(data.step), usual, contacts, gravity)
+    variance = _variances(data, setup, options, readings, layout)
+    remarks = (gravity.remark,) if gravity else ()
+    return Built(layout, terms, weights, rest, variance, walking, contacts, roots, remarks)
+
+
+def _gravity(data: FrameData, body: Body, options: OptimiseOptions) -> GravityReference | None:
+    return None if options.gravity is None else gravity_reference(data, body, options.gravity)
 
 
 class _Inertial(NamedTuple):
@@ -129,8 +144,9 @@ def _readings(data: FrameData, setup: Setup, inertial: _Inertial, layout: Layout
 
 
 def _weights(
-    options: OptimiseOptions, step: float, usual: OnBody | None, contacts: Contacts | None
-) -> Weights:
+    options: OptimiseOptions, step: float, usual: OnBody | None, contacts: Contacts | None,
+    gravity: GravityReference | None,
+) -> Weights:  # fmt: skip
     return Weights(
         np.asarray(step),
         np.asarray(options.noise.inertial_scale),
@@ -139,6 +155,7 @@ def _weights(
         np.asarray(options.prior.limit_softness),
         NO_PRIOR if usual is None else usual.gaussian,
         NO_GROUND if contacts is None else contacts.ground(0.0, 1.0),
+        np.asarray(1.0 if gravity is None else gravity.scale),
     )
 
 
@@ -149,12 +166,10 @@ def _variances(
     if layout.use_clock_offset:
         # The rate that moves a predicted orientation in time needs a frame on either side.
         variance["orientation"][0][[0, -1]] = np.inf
+    if layout.measured_rotation:
+        declared, model = variance["accelerometer"]
+        variance["accelerometer"] = where_turned(declared, data, layout.force_weights), model
     return variance
-
-
-# Names under which other residuals of a pose count.
-_TAKEN = {COUPLINGS, KNEES, "accelerometer", "gyroscope", "orientation", "range", "reference",
-          "limits", "smoothness", "pose_prior", "contact", "gravity"}  # fmt: skip
 
 
 def _contacts(
@@ -165,27 +180,6 @@ def _contacts(
         return None
     standing = declared_pose(setup.rest, body)
     return Contacts(data, body, standing, options.contacts, rest, root_given=root_given)
-
-
-def _check_names(residuals: tuple[UserResidual, ...]) -> None:
-    names = [r.name for r in residuals]
-    for name in names:
-        if name in _TAKEN or names.count(name) > 1:
-            raise InputError(
-                f"user residual '{name}': the name is taken; every one needs a name of its own, "
-                f"none of {', '.join(sorted(_TAKEN))}"
-            )
-
-
-def _data_of(residuals: tuple[UserResidual, ...], user_data: tuple) -> tuple:
-    """Data of the user's residuals; nothing for all of them where none is given."""
-    given = user_data or (None,) * len(residuals)
-    if len(given) != len(residuals):
-        raise InputError(
-            f"user_data has {len(given)} entries for {len(residuals)} user residuals "
-            f"({', '.join(r.name for r in residuals) or 'none'}); give one for each, None without"
-        )
-    return given
 
 
 def _layout(
@@ -232,6 +226,9 @@ def _layout(
         user=user,
         chunk=options.chunk,
         pose_joints=() if usual is None else usual.joints,
+        measured_rotation=uses_measured_rotation(data, options),
+        use_gravity=options.gravity is not None,
+        gravity_loss="none" if options.gravity is None else options.gravity.loss,
         **({} if contacts is None else contacts.fields),  # type: ignore[arg-type]
         **(_geometry(data, body, range_sites, c) if border and len(used) else {}),  # type: ignore[arg-type]
         **(corrections if border else {}),  # type: ignore[arg-type]
@@ -289,9 +286,3 @@ def _ranges(data: FrameData, setup: Setup, layout: Layout, step: float) -> dict[
         "range_lead": np.asarray(data.range_lead),
         "range_flight": distance / setup.speed_of_sound / step,
     }
-
-
-def _user_mask(residual: UserResidual, frames: int) -> np.ndarray:
-    mask = np.ones(frames)
-    mask[frames - residual.window + 1 :] = 0.0
-    return mask

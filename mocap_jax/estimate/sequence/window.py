@@ -12,7 +12,8 @@ from jaxtyping import Float
 
 from mocap_jax import so3
 from mocap_jax.body import Body, frames, sites_on_frames
-from mocap_jax.estimate.sequence.layout import Constants, Layout
+from mocap_jax.estimate.sequence.constants import Constants
+from mocap_jax.estimate.sequence.layout import Layout
 
 
 class Window(NamedTuple):
