@@ -22,7 +22,7 @@ from mocap_jax.estimate.derivatives.trust_region import descend, dot
 from mocap_jax.estimate.sequence.layout import Layout
 
 # Relative residual of the linear solves, and most iterations of one.
-_PRECISION, _PRODUCTS = 1e-7, 80
+_PRECISION, _PRODUCTS = 1e-10, 80
 # A linear solve that ends with a larger residual is none.
 _ACCEPTED = 1e-6
 # The search for the minimum ends below this RMS distance [posterior standard deviations].
