@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from benchmarks.filter_speed import realtime_factor
+from benchmarks.gradient import gradient_ratio
 from benchmarks.iteration import border_ratio, over_lapack
 from benchmarks.memory import peak_memory
 from benchmarks.metric import Metric
@@ -17,6 +18,7 @@ METRICS: dict[str, Callable[[], Metric]] = {
     "optimise_iteration_over_lapack": over_lapack,
     "border_cost_ratio": border_ratio,
     "selected_inverse_over_factor": selected_inverse,
+    "gradient_over_iteration": gradient_ratio,
     "ekf_realtime_factor": realtime_factor,
     "cold_start_s": cold_start,
     "warm_overhead_s": warm_overhead,

@@ -34,19 +34,23 @@ class Prepared:
     context: dict[str, int]
 
     def iterate(self) -> None:
-        """One iteration as `optimise` does it: assemble, factor, solve, move, evaluate the cost.
+        """One iteration as `optimise` does it, see `iterate`."""
+        iterate(self.problem, self.state)
 
-        Raises:
-            RuntimeError: it did not go through, so its time means nothing.
-        """
-        done: list[float] = []
-        result = minimise(
-            self.problem, self.state, SolverOptions(max_iterations=1),
-            lambda _, cost: done.append(cost),
-        )  # fmt: skip
-        # Not reported: the factorisation failed, and neither solve nor cost was timed.
-        if not done or result.outcome not in (Outcome.MAX_ITERATIONS, Outcome.CONVERGED):
-            raise RuntimeError(f"the iteration ended {result.outcome.value}: {result.message}")
+
+def iterate(problem: SequenceProblem, state: State) -> None:
+    """Assemble, factor, solve, move, evaluate the cost.
+
+    Raises:
+        RuntimeError: the iteration did not go through, so its time means nothing.
+    """
+    done: list[float] = []
+    result = minimise(
+        problem, state, SolverOptions(max_iterations=1), lambda _, cost: done.append(cost)
+    )
+    # Not reported: the factorisation failed, and neither solve nor cost was timed.
+    if not done or result.outcome not in (Outcome.MAX_ITERATIONS, Outcome.CONVERGED):
+        raise RuntimeError(f"the iteration ended {result.outcome.value}: {result.message}")
 
 
 def prepare(recording: Recording, frames: int, *, border: bool) -> Prepared:

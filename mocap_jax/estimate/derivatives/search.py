@@ -20,7 +20,7 @@ from mocap_jax.estimate.derivatives.preconditioner import Preconditioner, precon
 from mocap_jax.estimate.sequence.problem import SequenceProblem, State
 
 # Steps at most, and the radius of the first [posterior standard deviations].
-_STEPS, _RADIUS = 40, 0.5
+_STEPS, _RADIUS = 150, 0.5
 
 
 class Found(NamedTuple):
