@@ -24,6 +24,8 @@ class FrequencyBands:
 
     frequency: dict[str, float]
     """Of the sources that are not of 40 kHz, by name [Hz]."""
+    named: tuple[str, ...]
+    """All names of the driver box's table, those of 40 kHz included."""
     carriers: tuple[float, ...]
     """Of the detectors [Hz]; the first is 40 kHz."""
     detectors: tuple[ArrivalDetector, ...]
@@ -36,6 +38,17 @@ class FrequencyBands:
     def of(self, sources: tuple[str, ...]) -> Float[np.ndarray, "s"]:
         """Frequencies of sources [Hz]."""
         return np.array([self.frequency.get(name, CARRIER_HZ) for name in sources])
+
+    def strangers(self, sources: tuple[str, ...]) -> tuple[str, ...]:
+        """Which names of the table no source bears, in a sentence: they may be misspelt, and then
+        the sources that they mean are listened for at 40 kHz."""
+        unknown = [name for name in self.named if name not in sources]
+        if not unknown:
+            return ()
+        return (
+            f"source_frequency_hz names {', '.join(unknown)}, which is no source of this "
+            f"recording; sources: {', '.join(sources) or 'none'}",
+        )
 
     def remarks(self, sources: tuple[str, ...]) -> tuple[str, ...]:
         """Which frequencies of sources are too near to each other to be told apart."""
@@ -71,7 +84,7 @@ def frequency_bands(box: DriverBox, options: DetectorOptions) -> FrequencyBands:
         )
         for f in carriers
     )  # fmt: skip
-    return FrequencyBands(others, carriers, detectors)
+    return FrequencyBands(others, tuple(box.source_frequency_hz), carriers, detectors)
 
 
 def _transducer(box: DriverBox, frequency: float) -> Transducer:

@@ -56,7 +56,7 @@ class Decoded:
     missing_pulses: int
     """Emissions that the recording should name between those it names."""
     remarks: tuple[str, ...] = ()
-    """On frequencies that are too near to each other."""
+    """On frequencies of unknown sources, and those that are too near to each other."""
 
 
 @dataclass
@@ -212,7 +212,9 @@ def _assembled(
     slots = len(pulses.time) * len(wires)
     gaps = tuple(Gap(name, *ends) for name, wire in wires.items() for ends in wire.breaks)
     missing = pulses.missing(rest.setup.pulse_interval)
-    remarks = decoder.bands.remarks(pulses.sources(())[1])
+    unknown = decoder.bands.strangers(pulses.sources(rest.setup.sources)[1])
+    remarks = tuple(f"{DRIVER_BOX}: {text}" for text in unknown)
+    remarks += decoder.bands.remarks(pulses.sources(())[1])
     return Decoded(recording, boards, heard, slots, gaps, missing, remarks)
 
 
