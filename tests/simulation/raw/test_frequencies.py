@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import replace
 
 import numpy as np
@@ -10,12 +9,13 @@ import pytest
 import scipy.fft
 from scipy import signal
 
-from mocap_jax.decoding import decode_raw
+from mocap_jax.decoding import Decoded, decode_raw
+from mocap_jax.io.raw_file import write_raw
 from mocap_jax.signals.ultrasonic.arrivals import ArrivalDetector, DetectorOptions
 from mocap_jax.signals.ultrasonic.bands import BandSplitter
 from mocap_jax.signals.ultrasonic.burst import Transducer, envelope
 from mocap_jax.signals.wire import BLOCK_SAMPLES
-from mocap_jax.simulation import SimulationOptions
+from mocap_jax.simulation import SimulationOptions, load_suit, save_suit
 from mocap_jax.simulation.raw import simulate_raw
 from mocap_jax.simulation.raw.amplifier import gain
 from mocap_jax.simulation.raw.paths import Paths
@@ -24,15 +24,78 @@ from mocap_jax.simulation.raw.transducer import PHASES, pulse_samples, pulse_tab
 
 RATE, SPEED = 150_000.0, 343.0
 OPTIONS = SimulationOptions(rest_s=0.3, blend_s=0.5)
-AT_40_KHZ = "536692e321e2bea93090b58a7ed40b591edba0634a4d2c364fad4f40e0c89221"
-"""SHA-256 of samples that the simulation made when it knew 40 kHz and no anchors."""
+CYCLES, QUALITY = 10, 20.0
 
 
-def test_the_papers_wires_are_what_they_were_bit_for_bit(motion, suit):
+def test_a_wire_of_40_khz_is_the_resonators_answer_to_ten_cycles():
+    """In closed form: the answer to a tone that starts, less that to one that starts later."""
+    w, time = 2 * np.pi * 40_000.0, np.arange(BLOCK_SAMPLES) / RATE - 0.1 - 1.0 / SPEED
+    expected = _rising(time, w) - _rising(time - CYCLES / 40_000.0, w)
+    samples = sound([Resonator(40_000.0, QUALITY)], [0])
+    step = w / RATE / PHASES  # of the phases that are tabulated
+    np.testing.assert_allclose(samples, expected, atol=1.1 * step * np.abs(expected).max())
+    named = sound([Resonator(40_000.0, QUALITY, 40_000.0)], [0])
+    np.testing.assert_array_equal(samples, named)
+
+
+def _rising(time: np.ndarray, w: float) -> np.ndarray:
+    """x'' + (w / Q) x' + w^2 x = (w^2 / Q) sin(w t), at rest at time 0."""
+    t, decay = np.maximum(time, 0.0), w / (2 * QUALITY)
+    own = np.sqrt(w**2 - decay**2)
+    return np.exp(-decay * t) * (np.cos(own * t) + decay / own * np.sin(own * t)) - np.cos(w * t)
+
+
+def test_sources_that_name_40_khz_are_those_that_name_nothing(motion, suit, tmp_path):
+    """In the set-up file, on the wires, in the raw file and decoded."""
+    turned = tuple(np.array(b.orientation) / np.linalg.norm(b.orientation) for b in suit.boards)
+    pairs = zip(suit.boards, turned, strict=True)
+    suit = replace(suit, boards=tuple(replace(b, orientation=tuple(q.tolist())) for b, q in pairs))
+    save_suit(tmp_path / "named.toml", suit)
+    named = (tmp_path / "named.toml").read_text()
+    assert named.count("frequency = 40000.0\n") == len(suit.sources)
+    (tmp_path / "bare.toml").write_text(named.replace("frequency = 40000.0\n", ""))
+    raws = [
+        simulate_raw(motion, profile="paper", suit=load_suit(tmp_path / f), options=OPTIONS, seed=2)
+        for f in ("bare.toml", "named.toml")
+    ]
+    pieces, others = (list(raw.chunks()) for raw in raws)
+    for (_, bare), (_, told) in zip(pieces, others, strict=True):
+        np.testing.assert_array_equal(bare, told)
+    assert all(raw.box.source_frequency_hz == {} for raw in raws)
+    table = dict.fromkeys(raws[0].recording.setup.sources, 40_000)
+    one, two = (
+        decoded_with(raws[0], pieces, frequencies, tmp_path).recording.ranges
+        for frequencies in ({}, table)
+    )
+    assert len(one.time) > 50
+    np.testing.assert_array_equal(one.distance, two.distance)
+    np.testing.assert_array_equal(one.confidence, two.confidence)
+
+
+def decoded_with(raw, pieces, frequencies: dict[str, float], folder) -> Decoded:
+    """The first pieces decoded, by a driver box that tells these frequencies."""
+    path, end = folder / "told.raw.mcap", sum(samples.shape[1] for _, samples in pieces) / RATE
+    kept = raw.pulse_time < end
+    box = replace(raw.box, source_frequency_hz=frequencies)
+    write_raw(
+        path, raw.recording, box, sample_rate_hz=RATE, wires=raw.wires,
+        pulse_time=raw.pulse_time[kept], pulse_source=raw.pulse_source[kept], pieces=pieces,
+    )  # fmt: skip
+    return decode_raw(path)
+
+
+def test_frequencies_of_sources_that_are_not_there_are_told(motion, suit, tmp_path):
+    """A misspelt name leaves its source at 40 kHz."""
     raw = simulate_raw(motion, profile="paper", suit=suit, options=OPTIONS, seed=2)
-    chunk = next(samples for first, samples in raw.chunks() if first == 300_000)
-    assert hashlib.sha256(chunk.tobytes()).hexdigest() == AT_40_KHZ
-    assert raw.box.source_frequency_hz == {}
+    first = [next(raw.chunks())]
+    assert decoded_with(raw, first, {"source/back": 33e3}, tmp_path).remarks == ()
+    for wrong in (33e3, 40e3):
+        names = {"source/back": 33e3, "source/bakc": wrong}
+        (remark,) = decoded_with(raw, first, names, tmp_path).remarks
+        assert remark == (
+            "driver_box.toml: source_frequency_hz names source/bakc, which is no source of this "
+            "recording; sources: source/front, source/back"
+        )
 
 
 def test_a_frequency_that_is_silent_changes_no_distance(motion, suit, tmp_path):
@@ -52,16 +115,41 @@ def test_a_frequency_that_is_silent_changes_no_distance(motion, suit, tmp_path):
     assert told == [False, True], "older readers refuse the entry: files without need are as before"
 
 
-def test_the_filters_of_40_khz_are_what_they_were_bit_for_bit():
-    """Written out as they were when there was one carrier."""
+def test_the_filters_of_40_khz_are_those_of_the_papers_band_and_burst():
+    """Designed anew: 40 kHz +- 2.5 kHz with skirts of 500 Hz; the burst's spectrum in closed form
+    within 3.5 kHz with skirts of 2 kHz, scaled to unit gain for the burst."""
     samples = np.random.default_rng(0).integers(-3000, 3000, BLOCK_SAMPLES).astype(np.int16)
-    spectrum, count = scipy.fft.rfft(samples.astype(np.float32)), BLOCK_SAMPLES // 8
+    spectrum, count = scipy.fft.rfft(samples.astype(float)), BLOCK_SAMPLES // 8
     low, middle, high = (20_480 + k * count // 2 for k in (-1, 0, 1))
     about = 2.0 / 8 * np.concatenate([spectrum[middle:high], spectrum[low:middle]])
-    splitter = BandSplitter(BLOCK_SAMPLES)
-    bands = splitter.split(samples)
-    np.testing.assert_array_equal(bands.sound, scipy.fft.ifft(about * splitter._narrow))
-    np.testing.assert_array_equal(bands.matched, scipy.fft.ifft(about * splitter._match))
+    offset = scipy.fft.fftfreq(count, 8 / RATE)
+    burst = _burst_spectrum(offset) * _flat_top(offset, 3500.0, 2000.0)
+    # The answer to the burst itself peaks at one, wherever between two samples it arrives.
+    matched = burst.conj() / (np.abs(burst) ** 2).mean()
+    bands = BandSplitter(BLOCK_SAMPLES).split(samples)
+    for found, filtered, error in (
+        (bands.sound, about * _flat_top(offset, 2500.0, 500.0), 1e-5),
+        (bands.matched, about * matched, 2e-3),
+    ):
+        expected = scipy.fft.ifft(filtered)
+        assert np.abs(found - expected).max() < error * np.abs(expected).max()
+
+
+def _flat_top(offset: np.ndarray, flat: float, skirt: float) -> np.ndarray:
+    """Tukey window: 1 within `flat`, half a period of a cosine from there to 0 [Hz]."""
+    taper = signal.windows.tukey(200_001, skirt / (flat + skirt))
+    place = np.linspace(-flat - skirt, flat + skirt, len(taper))
+    return np.interp(offset, place, taper, left=0.0, right=0.0)
+
+
+def _burst_spectrum(offset: np.ndarray) -> np.ndarray:
+    """Fourier transform of ten cycles of 40 kHz, shaped by a low-pass of the resonator's width.
+
+    In samples of the band; about the carrier a resonator is a low-pass of first order.
+    """
+    driven, tau, s = CYCLES / 40_000.0, QUALITY / (np.pi * 40_000.0), 2j * np.pi * offset
+    box = driven * np.exp(-s * driven / 2) * np.sinc(offset * driven)
+    return box / (1.0 + s * tau) * RATE / 8
 
 
 def sound(resonators: list[Resonator], source: list[int]) -> np.ndarray:
