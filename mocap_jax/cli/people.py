@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from mocap_jax.cli.exit_codes import UsageError
 from mocap_jax.cli.motion_choice import chosen_motion
+from mocap_jax.cli.people_frequencies import FREQUENCIES, tuned
 from mocap_jax.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
 
 NAMES = "abcdefgh"
 """Of the people: prefixes of all names."""
-_FREQUENCIES = (40_000.0, 33_000.0, 47_000.0)
-"""Of their sources [Hz]: the bands of neighbours pass little of each other (docs/raw.md)."""
 _NEAREST_ROOTS = 0.2
 """People whose roots come nearer stand in each other [m]."""
 _FILE_OPTIONS = ("skeleton", "fps", "scale", "skip", "height", "mass", "sex", "length")
@@ -51,7 +50,8 @@ def add_people_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--frequencies", type=_frequencies, metavar="HZ,HZ,...",
         help="of everybody's ultrasonic sources; different ones sound at the same time, equal ones "
-        "take turns (default: a's as the suit has them, then 33000, 47000)",
+        "take turns (default: a's as the suit has them; for each of the others the first of 40000, "
+        "33000, 47000 that is 5000 from all before and from the anchors')",
     )  # fmt: skip
 
 
@@ -73,10 +73,10 @@ def check_people(arguments: argparse.Namespace) -> None:
             raise UsageError(f"{option} is given for {len(given)} of {count} people")
     if others >= len(NAMES):
         raise UsageError(f"--with: {others + 1} people; at most {len(NAMES)} have names")
-    if others >= len(_FREQUENCIES) and not arguments.frequencies:
+    if others >= len(FREQUENCIES) and not arguments.frequencies:
         raise UsageError(
             f"--with: {others + 1} people; say the --frequencies of their sources, of which "
-            f"{len(_FREQUENCIES)} are known"
+            f"{len(FREQUENCIES)} are known"
         )
 
 
@@ -98,6 +98,7 @@ def people(arguments: argparse.Namespace, first: Motion, suit_of: SuitOf) -> tup
 
     motions = dict(zip(NAMES, [first, *_others(arguments)], strict=False))
     motions = {name: replace(m, body=with_shapes(m.body)) for name, m in motions.items()}
+    motions = _of_one_rate(motions)
     suits = {n: suit_of(arguments, m.body) or default_suit(m.body) for n, m in motions.items()}
     anchors = suits["a"].anchors  # they stand in the world, once
     suits = {name: replace(suit, anchors=()) for name, suit in suits.items()}
@@ -105,8 +106,8 @@ def people(arguments: argparse.Namespace, first: Motion, suit_of: SuitOf) -> tup
         both = together(motions, dict(zip(NAMES[1:], arguments.places, strict=False)))
     except InputError as error:
         raise UsageError(f"--with: {str(error).removeprefix('together: ')}") from error
-    _check_apart(both)
-    return both, suits_together(_tuned(suits, arguments.frequencies), anchors)
+    _check_apart(both, [m.body.nq for m in motions.values()])
+    return both, suits_together(tuned(suits, anchors, arguments.frequencies), anchors)
 
 
 def _others(arguments: argparse.Namespace) -> list[Motion]:
@@ -121,28 +122,32 @@ def _others(arguments: argparse.Namespace) -> list[Motion]:
     return motions
 
 
-def _tuned(suits: dict[str, Suit], frequencies: tuple[float, ...] | None) -> dict[str, Suit]:
-    """Everybody's sources at their own frequency."""
-    if frequencies and not any(suit.sources for suit in suits.values()):
-        raise UsageError("--frequencies: the suit of --sensors has no ultrasonic sources")
-    chosen = frequencies or _FREQUENCIES
-    return {
-        name: suit
-        if i == 0 and not frequencies
-        else replace(suit, sources=tuple(replace(s, frequency=chosen[i]) for s in suit.sources))
-        for i, (name, suit) in enumerate(suits.items())
-    }
+def _of_one_rate(motions: dict[str, Motion]) -> dict[str, Motion]:
+    """All at the lowest of their frame rates; prints whose was changed."""
+    from mocap_jax.simulation import frame_rate, same_rate
+
+    out = same_rate(motions)
+    for name, motion in motions.items():
+        if out[name] is not motion:
+            print(
+                f"{name}: {motion.name} has {frame_rate(motion):.6g} frames a second; brought to "
+                f"{frame_rate(out[name]):.6g}, the lowest rate of all"
+            )
+    return out
 
 
-def _check_apart(both: Motion) -> None:
-    """Refuse people whose roots meet; raises `UsageError`."""
+def _check_apart(both: Motion, widths: list[int]) -> None:
+    """Refuse people whose roots meet; raises `UsageError`.
+
+    Args:
+        both: everybody's motion.
+        widths: numbers of each person's coordinates, the root's first; things that they carry may
+            be free as well.
+    """
     import numpy as np
 
-    topology = both.body.topology
     q = np.asarray(both.trajectory.q)
-    starts = [
-        topology.joint_qpos[j] for j, kind in enumerate(topology.joint_types) if kind == "free"
-    ]
+    starts = np.cumsum([0, *widths[:-1]])
     for i, start in enumerate(starts):
         for j, other in enumerate(starts[:i]):
             way = q[:, start : start + 3] - q[:, other : other + 3]

@@ -12,6 +12,7 @@ from mocap_jax.cli.files import output_file
 from mocap_jax.cli.motion_choice import add_motion_arguments, chosen_motion
 from mocap_jax.cli.parser import count
 from mocap_jax.cli.people import add_people_arguments, check_people, people
+from mocap_jax.cli.people_figures import everybodys_figures
 from mocap_jax.cli.setup_choice import (
     add_setup_argument,
     setup_figures,
@@ -60,7 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=count, default=0, metavar="N", help="of all random errors")
     parser.add_argument(
         "--raw", action="store_true",
-        help="write what the driver box samples (5 MB a second); see mocap-jax decode",
+        help="write what the driver box samples (0.3 MB a second and wire); see mocap-jax decode",
     )  # fmt: skip
     add_motion_arguments(parser)
     add_people_arguments(parser)
@@ -85,6 +86,8 @@ def run(arguments: argparse.Namespace) -> int:
         motion, suit = people(arguments, motion, _suit)
     worn = arguments.sensors if arguments.sensors not in (None, *SUITS) else None
     figures = setup_figures(arguments, worn)
+    if figures is not None and suit is not None and arguments.others and arguments.setup == worn:
+        figures = everybodys_figures(figures, suit)
     if arguments.raw:
         return _run_raw(arguments, output, motion, suit, options, figures)
     profile = _profile(arguments.profile, figures)
@@ -143,12 +146,13 @@ def _run_raw(
         calibration=None if figures is None else figures.calibration,
     )  # fmt: skip
     if figures is not None:
-        for text in strangers(arguments.setup, figures, raw.recording.setup, raw.wires):
+        boards = tuple(s.name for s in raw.recording.setup.sensors)
+        for text in strangers(arguments.setup, figures, raw.recording.setup, boards):
             warn_on_stderr(text)
     pieces = tqdm(raw.chunks(), desc="simulate", total=raw.pieces, disable=None)
     raw.write(output, pieces)
     print(
-        f"{output}: {motion.name}, {raw.duration:.1f} s raw, {len(raw.wires)} boards, "
+        f"{output}: {motion.name}, {raw.duration:.1f} s raw, {len(raw.boards)} boards, "
         f"{len(raw.recording.setup.sources)} sources, profile {arguments.profile}, "
         f"seed {arguments.seed}"
     )

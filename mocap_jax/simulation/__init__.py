@@ -6,6 +6,7 @@ from mocap_jax.simulation.mounting import mount
 from mocap_jax.simulation.named_suits import SUITS, VALIDATION, named_suit
 from mocap_jax.simulation.options import SimulationOptions
 from mocap_jax.simulation.profiles import PROFILES, Profile
+from mocap_jax.simulation.same_rate import frame_rate, same_rate
 from mocap_jax.simulation.simulate import simulate
 from mocap_jax.simulation.suit import Anchor, Mounting, Suit
 from mocap_jax.simulation.suit_file import load_suit, save_suit
@@ -13,6 +14,6 @@ from mocap_jax.simulation.suits_together import suits_together
 
 __all__ = [
     "PROFILES", "SUITS", "VALIDATION", "Anchor", "Mounting", "Profile", "SimulationOptions", "Suit",
-    "default_suit", "earth_field", "load_suit", "mount", "named_suit", "save_suit", "simulate",
-    "suits_together",
+    "default_suit", "earth_field", "frame_rate", "load_suit", "mount", "named_suit", "same_rate",
+    "save_suit", "simulate", "suits_together",
 ]  # fmt: skip

@@ -52,6 +52,23 @@ name = "mat"
 position = [-2.0, -2.0, 0.02]
 """
 """The mat tells where the floor is below these people without legs."""
+FIGURES = """
+[calibration.accelerometer.chest]
+zero = [0.5, 0.0, 0.0]
+slope = [1.0, 1.0, 1.0]
+
+[calibration.accelerometer."b/chest"]
+zero = [0.75, 0.0, 0.0]
+slope = [1.0, 1.0, 1.0]
+
+[calibration.gyroscope.pelvis]
+zero = [0.0, 0.1, 0.0]
+slope = [1.0, 1.0, 1.0]
+
+[calibration.source_offset]
+belly = { offset = 0.04 }
+lamp = { offset = 0.02 }
+"""
 
 
 @pytest.fixture
@@ -136,10 +153,10 @@ def test_frequencies_and_bodies_are_those_asked_for(run, nod, worn, tmp_path):
     np.testing.assert_allclose(roots, [0.0, 0.0, 1.4, 0.0], atol=1e-6)
 
 
-def test_three_people_have_the_built_in_bodies_that_were_asked_for(
+def test_everybody_performs_in_the_body_that_was_asked_for(
     run, tmp_path, monkeypatch, nodding_body
 ):
-    """One body for each of the others."""
+    """Told by what is asked of the built-in motion; its two segments cannot wear the suit."""
     asked: list = []
 
     def performed(name, body=None):
@@ -154,9 +171,83 @@ def test_three_people_have_the_built_in_bodies_that_were_asked_for(
         "--with-body", "human:height=1.7", "--rest", "0.5", "-o", tmp_path / "three.mcap",
         "--sensors", "sip6_tnt15",
     )  # fmt: skip
-    assert outcome.code == FAILURE and "forearm" in outcome.err  # two segments cannot wear it
+    assert outcome.code == FAILURE and "forearm" in outcome.err
     heights = [np.asarray(body.qpos0)[2] for body in asked]
     assert heights[0] > heights[2] > heights[1]
+
+
+def test_three_people_are_recorded(run, nod, worn, tmp_path):
+    """One behind the other; the lamp has one of the three frequencies already."""
+    out = tmp_path / "three.mcap"
+    three = ["simulate", nod, "--with", nod, "--with", nod, "--place", "1.2,0,180", "--place",
+             "0,1.2,-90", "--sensors", worn]  # fmt: skip
+    made = run(*three, "-o", out)
+    assert made.code == 0, made.err
+    assert "6 boards, 4 sources" in made.out
+    (line,) = made.error_lines
+    assert "none of 40000, 33000, 47000 Hz is left for c" in line
+    assert "a 40000, b 33000, c 40000, anchors 47000" in line and "--frequencies" in line
+    recording = read_recording(out)
+    assert tuple(recording.inertial) == tuple(
+        f"{p}/{board}" for p in "abc" for board in ("pelvis", "chest")
+    )
+    assert recording.setup.provenance["source_frequencies_hz"] == "40000, 33000, 40000, 47000"
+    ranges, roots = recording.ranges, np.asarray(load_body(recording.body_xml).qpos0)
+    np.testing.assert_allclose(roots[[0, 1, 11, 12, 22, 23]], [0, 0, 1.2, 0, 0, 1.2], atol=1e-6)
+    heard = {
+        (ranges.source_names[s].split("/")[1], ranges.receiver_names[r].split("/")[0])
+        for s, r in zip(ranges.source, ranges.receiver, strict=True)
+    }
+    assert {("a", "b"), ("b", "a"), ("c", "a")} <= heard
+    told = run(*three, "-o", out, "--frequencies", "40000,33000,27000")
+    assert told.code == 0 and told.err == "", told.err
+
+
+def test_everybodys_sensors_err_by_the_figures_of_the_suit(run, nod, worn, tmp_path):
+    """Names of the file are those of devices; each person wears one of each."""
+    worn.write_text(WORN + FIGURES)
+    out, raw = tmp_path / "two.mcap", tmp_path / "two.raw.mcap"
+    both = ["simulate", nod, "--with", nod, "--place", "1.4,0,180", "--sensors", worn]
+    made = run(*both, "-o", out, "--profile", "ideal")
+    assert made.code == 0 and made.err == "", made.err
+    found = read_recording(out).setup.calibration
+    zeros = {name: figure.zero[0] for name, figure in found.accelerometer.items()}
+    assert zeros == {"a/chest": 0.5, "b/chest": 0.75}, "b's own figure goes before"
+    assert set(found.gyroscope) == {"a/pelvis", "b/pelvis"}
+    offsets = {site: found.offset_of(site) for site in read_recording(out).setup.sources}
+    assert offsets == {"source/a/belly": 0.04, "source/b/belly": 0.04, "anchor/lamp": 0.02}
+    made = run(*both, "-o", raw, "--raw")
+    assert made.code == 0 and made.err == "", made.err
+    assert "4 boards, 3 sources" in made.out, "wires of anchors are no boards"
+
+
+def test_figures_of_nobody_are_told_with_the_names_of_boards(run, nod, worn, tmp_path):
+    worn.write_text(WORN + "[calibration.gyroscope.hat]\nzero = [0.1, 0, 0]\nslope = [1, 1, 1]\n")
+    both = ["simulate", nod, "--with", nod, "--place", "1.4,0,180", "--sensors", worn]
+    made = run(*both, "-o", tmp_path / "two.raw.mcap", "--raw")
+    assert made.code == 0
+    (line,) = made.error_lines
+    assert line.endswith(
+        "calibrates sensor hat, which is not worn; there are: a/pelvis, a/chest, b/pelvis, b/chest"
+    )
+
+
+def test_a_ball_in_the_hand_is_no_person(run, monkeypatch, nodding_body, nod, tmp_path):
+    """A second free joint of one person, at his root, is not taken for another's root."""
+    xml = nodding_body.xml.replace(
+        "</worldbody>", '<body name="ball" pos="0 0 1"><freejoint/><geom size=".1"/></body>'
+        "</worldbody>",
+    )  # fmt: skip
+    body = load_body(xml)
+    clip = mocap_jax.motion.builtin_motion("routine")
+    q = np.concatenate([clip.trajectory.q, np.tile(body.qpos0[-7:], (60, 1))], axis=1)
+    juggler = replace(clip, body=body, trajectory=Trajectory(clip.trajectory.time, q))
+    monkeypatch.setattr(mocap_jax.motion, "builtin_motion", lambda *_: juggler)
+    both = ["simulate", nod, "--with", nod, "-o", tmp_path / "two.mcap", "--place"]
+    outcome = run(*both, "0.1,0")
+    assert outcome.code == USAGE and "a and b stand in each other" in outcome.err
+    outcome = run(*both, "1.5,0,180")
+    assert "stand in each other" not in outcome.err, outcome.err
 
 
 @pytest.mark.parametrize(
@@ -184,21 +275,34 @@ def test_wrong_usage(refused, nod, tmp_path, options, words):
     refused(["simulate", nod, "-o", tmp_path / "a.mcap", *options], USAGE, words)
 
 
-def test_motions_that_do_not_go_together(refused, run, nod, tmp_path, monkeypatch):
+def test_motions_that_do_not_go_together(refused, nod, tmp_path):
     out = tmp_path / "a.mcap"
     refused(["simulate", nod, "-o", out, "--with", "waltz"], FAILURE, "waltz: neither a file")
+
+
+def test_the_lower_frame_rate_is_everybodys(run, nod, worn, tmp_path, monkeypatch):
+    out = tmp_path / "two.mcap"
     own: Callable[..., Motion] = mocap_jax.motion.builtin_motion
 
-    def other(name, body=None):
+    def performed(name, body=None):
         clip = own(name, body)
         if name != "walking":
             return clip
         slow = Trajectory(2 * np.asarray(clip.trajectory.time), clip.trajectory.q)
         return replace(clip, trajectory=slow)
 
-    monkeypatch.setattr(mocap_jax.motion, "builtin_motion", other)
-    words = "--with: frame rates differ: a 60 Hz, b 30 Hz"
-    refused(["simulate", nod, "-o", out, "--with", "walking"], USAGE, words)
+    monkeypatch.setattr(mocap_jax.motion, "builtin_motion", performed)
+    both = ["simulate", nod, "--with", "walking", "--place", "1.4,0,180", "--sensors", worn]
+    made = run(*both, "-o", out)
+    assert made.code == 0, made.err
+    assert "a: nod has 60 frames a second; brought to 30, the lowest rate of all" in made.out
+    assert "b: nod has" not in made.out
+    path = read_recording(out).truth.trajectory
+    time, q = np.asarray(path.time), np.asarray(path.q)
+    start = time[-1] - 29 / 30  # the clip of a, which is the shorter, ends the recording
+    moving = (time > start + 0.1) & (time < time[-1] - 0.1)
+    expected = 0.05 * np.sin(4 * (time[moving] - start))
+    np.testing.assert_allclose(q[moving, 0], expected, atol=0.002)
 
 
 def test_frequencies_that_no_wire_carries(refused, nod, worn, tmp_path):
