@@ -68,11 +68,13 @@ def _crowd(frequency: float, taken: list[float]) -> tuple[int, int]:
 
 def _crowded_text(crowded: list[str], suits: dict[str, Suit], room: list[float]) -> str:
     """Whose frequencies are not their own, and all that there are."""
+    from mocap_jax.signals.ultrasonic.bands import APART_HZ
+
     have = {name: [s.frequency for s in suit.sources] for name, suit in suits.items()}
     told = [f"{name} {_listed(f)}" for name, f in {**have, "anchors": room}.items() if f]
     return (
         f"--with: none of {_listed(FREQUENCIES, ', ')} Hz is left for {' and '.join(crowded)}: "
-        f"sources of one frequency take turns, others need 5000 Hz between them; now [Hz]: "
+        f"sources of one frequency take turns, others need {APART_HZ:g} Hz between them; now [Hz]: "
         f"{', '.join(told)}; say others by --frequencies"
     )
 
