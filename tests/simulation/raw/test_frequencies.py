@@ -129,7 +129,7 @@ def test_the_filters_of_40_khz_are_those_of_the_papers_band_and_burst():
     bands = BandSplitter(BLOCK_SAMPLES).split(samples)
     for found, filtered, error in (
         (bands.sound, about * _flat_top(offset, 2500.0, 500.0), 1e-5),
-        (bands.matched, about * matched, 2e-3),
+        (bands.matched, about * matched, 2e-4),
     ):
         expected = scipy.fft.ifft(filtered)
         assert np.abs(found - expected).max() < error * np.abs(expected).max()
