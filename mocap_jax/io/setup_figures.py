@@ -39,9 +39,14 @@ def read_setup_figures(path: str | os.PathLike[str]) -> SetupFigures:
     """Read noise and calibration from a set-up file of either kind.
 
     Raises:
-        InputError: the file is missing or wrong; unknown keys are named with the valid ones.
+        InputError: the file is missing, empty or wrong; unknown keys are named with the valid ones.
     """
     table, _ = _parsed(path)
+    if not table:
+        raise InputError(
+            f"{path}: the set-up file is empty; expected [noise] or [calibration], which mocap-jax "
+            "calibrate writes"
+        )
     return _figures(table, str(path))
 
 
