@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mocap_jax.errors import InputError, unknown_name
+from mocap_jax.motion.npz_arrays import read_arrays
 from mocap_jax.motion.text_file import read_text
 
 SUFFIXES = (".json", ".npz", ".csv")

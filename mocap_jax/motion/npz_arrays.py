@@ -20,7 +20,7 @@ def read_arrays(path: Path, names: Iterable[str]) -> dict[str, np.ndarray]:
     if not path.is_file():
         raise InputError(f"{path}: no such file")
     if not zipfile.is_zipfile(path):  # NumPy would take it for a pickle and advise to trust it
-        raise InputError(f"{path}: not an NPZ file (an archive of NumPy arrays), or cut short")
+        raise InputError(f"{path}: not a readable NPZ file: no archive of arrays, or cut short")
     try:
         with np.load(path, allow_pickle=False) as archive:
             return {name: archive[name] for name in names if name in archive}
