@@ -11,7 +11,6 @@ from mocap_jax.cli.exit_codes import SALVAGED, SUCCESS, UsageError, unknown_choi
 from mocap_jax.cli.files import output_file
 from mocap_jax.cli.human_text import HUMAN_FORM, human_of, is_human, read_human
 from mocap_jax.cli.parser import positive_float
-from mocap_jax.cli.skeleton import check_body
 from mocap_jax.cli.stretch import add_cut_arguments, cut_as_asked
 
 if TYPE_CHECKING:
@@ -162,8 +161,6 @@ def _options(arguments: argparse.Namespace) -> ConvertOptions:
 
 def _body(arguments: argparse.Namespace) -> Body | str | None:
     if not is_human(arguments.body):
-        if arguments.body:
-            check_body(arguments.body)
         return arguments.body
     size = read_human(arguments.body)
     if arguments.height is not None:
