@@ -134,9 +134,12 @@ def _read_source(source: str | os.PathLike[str]) -> tuple[str, str, str]:
     if not path.is_file():
         raise InputError(f"{path}: no such MJCF file")
     try:
-        return path.read_text(encoding="utf-8"), str(path), str(path.parent)
+        content = path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not a text file, so not MJCF (expected XML)") from error
+    if not content.strip():  # MuJoCo would blame a file of its own
+        raise InputError(f"{path}: the file is empty; expected an MJCF model")
+    return content, str(path), str(path.parent)
 
 
 def _with_free_root(text: str, name: str) -> str:

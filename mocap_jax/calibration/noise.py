@@ -20,6 +20,8 @@ from mocap_jax.recording import AxisNoise, Calibration, InertialStream, Recordin
 from mocap_jax.recording.calibration import triple
 
 SENSOR_KINDS = ("accelerometer", "gyroscope")
+# Readings are judged still in blocks of this length; the first and last of them are not used [s].
+_BLOCK, _FEWEST = 1.0, 2.0
 
 
 @dataclass(frozen=True)
@@ -136,13 +138,15 @@ def _still(stream: InertialStream, opts: NoiseCalibrationOptions) -> slice:
     allowed = np.repeat([opts.still_force, opts.still_rate], 3)[np.repeat(kept, 3)]
     values = np.concatenate([c for c, there in zip(channels, kept, strict=True) if there], axis=1)
     time = np.asarray(stream.time)
-    found = steady_intervals(time, values, allowed, SteadyOptions(block_s=1.0, shortest_s=2.0))
+    found = steady_intervals(time, values, allowed, SteadyOptions(_BLOCK, _FEWEST))
     longest = max(found, key=lambda s: time[s.stop - 1] - time[s.start], default=None)
     seconds = 0.0 if longest is None else float(time[longest.stop - 1] - time[longest.start])
     if longest is None or seconds < opts.shortest_s:
+        lasts = f"less than {_FEWEST:g} s" if longest is None else f"{seconds:.1f} s"
         raise InputError(
-            f"the longest still interval lasts {seconds:.1f} s of {time[-1] - time[0]:.1f} s; "
-            f"at least {opts.shortest_s:g} s are needed"
+            f"the longest still interval lasts {lasts} of {time[-1] - time[0]:.1f} s, not counting "
+            f"its first and last {_BLOCK:g} s, which are left out; "
+            f"at least {max(opts.shortest_s, _FEWEST):g} s are needed"
         )
     return longest
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from mocap_jax.cli.exit_codes import UsageError, unknown_choice, value_of
 from mocap_jax.cli.human_text import HUMAN, HUMAN_FORM, HumanSize, human_of, is_human, read_human
 from mocap_jax.cli.parser import positive_float
-from mocap_jax.cli.skeleton import read_body
+from mocap_jax.cli.skeleton import check_body, read_body
 from mocap_jax.errors import InputError
 
 if TYPE_CHECKING:
@@ -60,6 +60,7 @@ def chosen_body(arguments: argparse.Namespace, motion: Motion | None = None) -> 
         raise UsageError(f"--{given[0]} is for --body {HUMAN}")
     if arguments.body is None:
         return None
+    check_body(arguments.body)
     return read_body(arguments.body, free_root=True)
 
 

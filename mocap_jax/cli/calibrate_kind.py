@@ -77,7 +77,7 @@ def check_outputs(arguments: argparse.Namespace) -> None:
         if file.exists():
             from mocap_jax.io import read_setup_figures
 
-            read_setup_figures(file)
+            read_setup_figures(file, may_be_empty=True)
 
 
 def read_recordings(paths: list[str]) -> list[Recording]:

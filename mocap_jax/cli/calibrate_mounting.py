@@ -6,10 +6,12 @@ import argparse
 import json
 from typing import TYPE_CHECKING, Any
 
-from mocap_jax.cli.exit_codes import UsageError, unknown_choice
+from mocap_jax.cli.calibrate_kind import about
+from mocap_jax.cli.exit_codes import UsageError, unknown_choice, value_of
 from mocap_jax.cli.files import exit_code, output_file, read_input, write_text
 from mocap_jax.cli.human_text import HUMAN_FORM, human_of, is_human, read_human
 from mocap_jax.cli.parser import add_json_argument, positive_float
+from mocap_jax.cli.skeleton import check_body
 from mocap_jax.errors import InputError
 
 if TYPE_CHECKING:
@@ -92,10 +94,14 @@ def run(arguments: argparse.Namespace) -> int:
 
     recording = read_input(arguments.recording)
     body = _body(arguments, recording)
-    found = calibrate_mounting(
-        recording, body, segments, pose=_pose(arguments.pose, recording, body),
-        time=arguments.time, headings=arguments.headings, facing=facing,
-    )  # fmt: skip
+    _check_names(segments, facing, recording, body)
+    _check_time(arguments.time, segments, recording)
+    pose = _pose(arguments.pose, recording, body)
+    with about([arguments.recording]):
+        found = calibrate_mounting(
+            recording, body, segments, pose=pose, time=arguments.time,
+            headings=arguments.headings, facing=facing,
+        )  # fmt: skip
     print(found)
     if json_file is not None:
         write_text(json_file, json.dumps(found.to_dict(), indent=2) + "\n")
@@ -125,6 +131,38 @@ def _segments(entries: list[str]) -> dict[str, str] | None:
     return out or None
 
 
+def _check_names(
+    segments: dict[str, str] | None, facing: Heading | None, recording: Recording, body: Body
+) -> None:
+    """Refuse sensors, segments and axes that are not there, by the option that names them."""
+    from mocap_jax.initialise.orientation_calibration import AXES
+
+    for sensor, segment in (segments or {}).items():
+        if sensor not in recording.inertial:
+            raise unknown_choice("--segment", "sensor", sensor, recording.inertial)
+        if segment not in body.topology.body_names[1:]:
+            raise unknown_choice("--segment", "segment", segment, body.topology.body_names[1:])
+    if facing is None:
+        return
+    if facing.sensor not in (worn := segments or recording.inertial):
+        raise unknown_choice("--facing", "sensor", facing.sensor, worn)
+    if facing.axis not in AXES:
+        raise unknown_choice("--facing", "axis", facing.axis, AXES)
+
+
+def _check_time(time: float | None, segments: dict[str, str] | None, recording: Recording) -> None:
+    """Refuse a moment at which nobody is still."""
+    import dataclasses
+
+    from mocap_jax.initialise.mounting import rest_interval
+
+    if time is None or not recording.inertial:
+        return
+    worn = {sensor: recording.inertial[sensor] for sensor in segments or recording.inertial}
+    with value_of("--time"):
+        rest_interval(dataclasses.replace(recording, inertial=worn, root=None), time)
+
+
 def _body(arguments: argparse.Namespace, recording: Recording) -> Body:
     from mocap_jax.body import load_body
 
@@ -139,6 +177,8 @@ def _body(arguments: argparse.Namespace, recording: Recording) -> Body:
     source = arguments.body or recording.body_xml
     if source is None:
         raise UsageError(f"{arguments.recording} carries no body; give one (--body XML, or human)")
+    if arguments.body is not None:
+        check_body(arguments.body)
     return load_body(source, free_root=True)
 
 

@@ -11,6 +11,7 @@ from mocap_jax.cli.human_text import HUMAN_FORM, is_human, read_human
 from mocap_jax.cli.methods import FILTERS, METHODS, PRESETS, Preset
 from mocap_jax.cli.parser import sensor_kinds
 from mocap_jax.cli.setup_choice import add_setup_argument
+from mocap_jax.cli.skeleton import check_body
 from mocap_jax.cli.stretch import add_cut_arguments
 
 
@@ -123,6 +124,8 @@ def estimation_of(arguments: argparse.Namespace) -> Estimation:
         raise UsageError(f"--initial belongs to --method optimise or orientation, not to {method}")
     if is_human(arguments.body):
         read_human(arguments.body)
+    elif arguments.body:
+        check_body(arguments.body)
     # A path is kept whole: workers of a batch may run elsewhere.
     whole = lambda path: None if path is None else str(Path(path).absolute())  # noqa: E731
     body = arguments.body

@@ -69,10 +69,10 @@ def keep_inputs(arguments: argparse.Namespace) -> None:
             place = Path(path).resolve()
             if name in _OUTPUTS and place in seen:
                 raise UsageError(
-                    f"{path}: --{name} would overwrite what {seen[place]} names; "
-                    "give it a name of its own"
+                    f"{path}: --{name} would overwrite {seen[place]}; give it a name of its own"
                 )
-            seen.setdefault(place, name if name in _INPUTS else f"--{name}")
+            read = "a file that this call reads"
+            seen.setdefault(place, read if name in _INPUTS else f"what --{name} writes")
 
 
 def output_folder(path: str | os.PathLike[str]) -> Path:

@@ -94,6 +94,17 @@ def count(text: str) -> int:
     return value
 
 
+def positive_count(text: str) -> int:
+    """Read an integer, one or more (an argparse type)."""
+    try:
+        value = int(text)
+    except ValueError:
+        value = 0
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"'{text}' is not an integer of 1 or more")
+    return value
+
+
 def seconds(text: str) -> float:
     """Read a time of a recording, zero or more (an argparse type)."""
     try:

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mocap_jax.cli.body_choice import add_body_arguments, chosen_body
-from mocap_jax.cli.exit_codes import SUCCESS, UsageError
+from mocap_jax.cli.exit_codes import SUCCESS, UsageError, unknown_choice, value_of
 from mocap_jax.cli.files import output_folder, write_text
 from mocap_jax.cli.human_text import is_human
-from mocap_jax.cli.parser import count, number_between, positive_float
+from mocap_jax.cli.parser import count, number_between, positive_count, positive_float
 from mocap_jax.cli.stretch import named_stretch, with_stretch
 from mocap_jax.errors import InputError
 
@@ -37,7 +37,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "motions", metavar="MOTION", nargs="+", help="what sensors should be good for"
     )
     parser.add_argument("-o", "--output", metavar="DIR", required=True, help="folder to write")
-    parser.add_argument("-n", "--number", type=count, default=6, metavar="N", help="sensors (6)")
+    parser.add_argument(
+        "-n", "--number", type=positive_count, default=6, metavar="N", help="sensors (6)"
+    )
     parser.add_argument(
         "--most", type=count, metavar="N", help="end of the curve of error by number (N + 2)"
     )
@@ -73,10 +75,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--distance", type=number_between(0, 1), default=0.05, metavar="M",
         help="least distance between two sensors (0.05)",
     )  # fmt: skip
-    parser.add_argument("--restarts", type=count, default=3, metavar="N", help="starts (3)")
+    parser.add_argument(
+        "--restarts", type=positive_count, default=3, metavar="N", help="starts (3)"
+    )
     parser.add_argument("--steps", type=count, default=25, metavar="N", help="of each start (25)")
     parser.add_argument(
-        "--evaluations", type=count, default=400, metavar="N", help="choices of segments (400)"
+        "--evaluations",
+        type=positive_count,
+        default=400,
+        metavar="N",
+        help="choices of segments (400)",
     )
     parser.add_argument("--seed", type=count, default=0, metavar="N", help="of random starts")
     add_body_arguments(parser)
@@ -87,12 +95,11 @@ def run(arguments: argparse.Namespace) -> int:
     from mocap_jax.placement import place, study_record, write_placement
     from mocap_jax.report import write_placement_picture
 
-    try:
-        options = _options(arguments)
-    except InputError as error:
-        raise UsageError(str(error)) from error
+    _check_choices(arguments)
+    options = _options(arguments)
     motions = [_motion(text, arguments) for text in arguments.motions]
     body = motions[0].body
+    _check_segments(options, body)
     folder = output_folder(arguments.output)
     study = place(body, motions, options, progress=sys.stderr.isatty())
     for rank, placement in enumerate(study.placements, start=1):
@@ -114,6 +121,40 @@ def table(study: PlacementStudy) -> str:
     return "\n".join([*lines, "", study.certificate.sentence])
 
 
+def _check_choices(arguments: argparse.Namespace) -> None:
+    """Refuse values of options that are not among the valid ones."""
+    from mocap_jax.placement.options import OBJECTIVES, OVER, ROOTS, SENSOR_KINDS
+
+    arguments.sensors = arguments.sensors.replace(",", "").upper()
+    for option, what, valid in (
+        ("sensors", "sensor kind", SENSOR_KINDS), ("objective", "objective", OBJECTIVES),
+        ("over", "choice", OVER), ("root", "choice", ROOTS),
+    ):  # fmt: skip
+        if getattr(arguments, option) not in valid:
+            raise unknown_choice(f"--{option}", what, getattr(arguments, option), valid)
+    if arguments.most is not None and arguments.most < arguments.number:
+        raise UsageError(f"--most {arguments.most}: must be {arguments.number} (--number) or more")
+
+
+def _check_segments(options: PlacementOptions, body: Body) -> None:
+    """Refuse segments that cannot carry a sensor, by the option that names them."""
+    from mocap_jax.placement import carrying_segments
+
+    carrying_segments(body)  # that the body has none is no option's fault
+    constraints = options.constraints
+    with value_of("--allow"):
+        segments = carrying_segments(body, constraints.allowed)
+    for option, names in (("--require", constraints.required), ("--cost", constraints.costs)):
+        for name in names:
+            if name not in segments:
+                raise unknown_choice(option, "segment", name, segments)
+    if options.sensors > len(segments):
+        raise UsageError(
+            f"--number {options.sensors}: more than the {len(segments)} segments that may carry "
+            f"a sensor: {', '.join(segments)}"
+        )
+
+
 def _options(arguments: argparse.Namespace) -> PlacementOptions:
     from mocap_jax.placement import Constraints, ErrorModel, PlacementOptions, SearchOptions
 
@@ -123,7 +164,7 @@ def _options(arguments: argparse.Namespace) -> PlacementOptions:
         objective=arguments.objective,
         over=arguments.over,
         root=arguments.root,
-        errors=ErrorModel(kinds=arguments.sensors.replace(",", "").upper()),
+        errors=ErrorModel(kinds=arguments.sensors),
         constraints=Constraints(
             allowed=_names(arguments.allow),
             required=_names(arguments.require),
@@ -153,8 +194,10 @@ def _costs(texts: list[str]) -> dict[str, float]:
         name, _, value = text.partition("=")
         try:
             costs[name] = float(value)
-        except ValueError as error:
-            raise UsageError(f"--cost {text}: expected SEGMENT=COST, as Head=2") from error
+        except ValueError:
+            costs[name] = -1.0
+        if not 0.0 <= costs[name] < float("inf"):
+            raise UsageError(f"--cost {text}: expected SEGMENT=COST, zero or more, as Head=2")
     return costs
 
 

@@ -39,8 +39,8 @@ def run(arguments: argparse.Namespace) -> int:
     )
     if asked.initial is not None and output.resolve() == Path(asked.initial).resolve():
         raise UsageError(
-            f"{arguments.initial}: --output would overwrite what --initial names; give it a name "
-            "of its own"
+            f"{arguments.initial}: --output would overwrite the file that --initial reads; give it "
+            "a name of its own"
         )
     json_file = output_file(arguments.json) if arguments.json else None
     from mocap_jax.io import write_solution

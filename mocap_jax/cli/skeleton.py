@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+from mocap_jax.cli.exit_codes import UsageError
+from mocap_jax.cli.human_text import HUMAN_FORM
 
 if TYPE_CHECKING:
     from mocap_jax.body import Body
@@ -13,6 +17,15 @@ def is_skeleton(path: str | None) -> bool:
     from mocap_jax.motion import JOINT_SUFFIXES
 
     return path is not None and path.lower().endswith(JOINT_SUFFIXES)
+
+
+def check_body(value: str) -> None:
+    """Refuse a value of `--body` that looks like a name, not a file, and is not there."""
+    if not Path(value).suffix and not Path(value).exists():
+        raise UsageError(
+            f"--body {value}: neither a file nor a built-in body; valid: a file (.xml, .osim or a "
+            f"skeleton), {HUMAN_FORM}"
+        )
 
 
 def read_body(path: str, *, free_root: bool | None = None) -> Body:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from mocap_jax.body import Body, load_body
 from mocap_jax.errors import InputError
 from mocap_jax.initialise.fault_groups import grouped_faults
 from mocap_jax.initialise.neighbour_check import cycles
+from mocap_jax.initialise.quaternion_order import misread_boards, misread_root
 from mocap_jax.initialise.rest_options import RestOptions
 from mocap_jax.initialise.sensor_assignment import (
     TURNED,
@@ -52,6 +53,8 @@ class SensorCheck:
     exchanged, as by swapped cables."""
     ranges_only: tuple[tuple[str, ...], ...] = ()
     """Those whose inertial data fit where they are: only the distances are exchanged."""
+    root: str | None = None
+    """What seems wrong with the measured root's orientation."""
 
     @property
     def findings(self) -> dict[str, tuple[str, ...]]:
@@ -80,7 +83,7 @@ class SensorCheck:
     @property
     def ok(self) -> bool:
         """Whether nothing seems wrong."""
-        return not self.exchanged and not any(self.faults.values())
+        return not self.exchanged and not any(self.faults.values()) and self.root is None
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -98,7 +101,8 @@ class SensorCheck:
                 )
             else:
                 lines.append(f"Sensors {swapped} look swapped: {why}.")
-        return (*lines, *grouped_faults(self.faults))
+        root = () if self.root is None else (f"The measured root: {self.root}.",)
+        return (*lines, *grouped_faults(self.faults), *root)
 
     def __str__(self) -> str:
         lines = self.sentences or ("No sensor looks swapped, turned or of wrong unit.",)
@@ -115,7 +119,8 @@ def check_sensors(
 
     Compares, at the rest hold, gravity in every sensor and its distances from the ultrasonic
     sources with the declared pose and nominal mounting, and in the motion after it every gyroscope
-    with its own accelerometer and with the sensors on neighbouring segments. Mounting and pose
+    with its own accelerometer and with the sensors on neighbouring segments, measured orientations
+    with both: quaternions of another order are named. Mounting and pose
     errors of a few degrees a joint, lengths wrong by a few per cent and places wrong by
     centimetres are normal and not reported. What cannot show in the readings is not found: a board
     turned about the vertical at rest, a gyroscope's sign on a segment that hardly turns.
@@ -141,7 +146,18 @@ def check_sensors(
             remarks=("Sensors were not checked: no rest hold is declared, and the start is not "
                      "still.",),
         )  # fmt: skip
-    return _checked(gather_evidence(recording, body, still), body)
+    return _with_order(_checked(gather_evidence(recording, body, still), body), recording, body)
+
+
+def _with_order(check: SensorCheck, recording: Recording, body: Body) -> SensorCheck:
+    """Adds orders of quaternions that the other readings contradict, where these are sound."""
+    x, y, z = np.asarray(body.gravity)
+    if not -z > 1.0 + abs(x) + abs(y):  # without gravity nothing says where up is
+        return check
+    sound = [name for name, texts in check.findings.items() if not texts]
+    boards = misread_boards(recording, sound)
+    faults = check.faults | {n: (*check.faults[n], text) for n, text in boards.items()}
+    return replace(check, faults=faults, root=misread_root(recording, body, sound))
 
 
 def _checked(evidence: Evidence, body: Body) -> SensorCheck:

@@ -34,8 +34,12 @@ _AXES = np.concatenate([np.eye(3)[::-1], -np.eye(3)[::-1]])
 _AXIS_NAMES = ("z", "y", "x", "-z", "-y", "-x")
 # Misfits below these are normal: of gravity, as a share of it, and of rates (1 - correlation).
 _GRAVITY, _RATE = 0.35, 0.3
+# Of both together, as a sum of squares of their shares of these.
+_BAD = 1.5
 # Another reading must leave less than this share of the misfit.
 _DECISIVE = 0.35
+# Of readings that fit alike, up to this factor, the simplest is named.
+_ALIKE = 1.5
 # Turning less than this tells nothing about rates [rad/s].
 _TURNING = 0.15
 
@@ -68,7 +72,7 @@ def orientation_faults(series: dict[str, Series]) -> dict[str, list[str]]:
     if not fits:
         return {}
     cost = np.stack([f.cost for f in fits.values()])
-    bad = cost[:, 0, 0] > 1.5
+    bad = cost[:, 0, 0] > _BAD
     out: dict[str, list[str]] = {name: [] for name in fits}
     if bad.any():
         pooled = np.log(cost[bad] + 0.05).mean(axis=0)
@@ -81,6 +85,25 @@ def orientation_faults(series: dict[str, Series]) -> dict[str, list[str]]:
         if not out[name] and (text := rate_factor_near(fit.slope)) is not None:
             out[name].append(f"gyroscope {text} (compared with its orientations)")
     return out
+
+
+def misread_orders(series: dict[str, Series]) -> dict[str, str]:
+    """Order or direction of quaternions that fits decisively better, and well, in a world of z up.
+
+    Orientations that fit badly for another reason (a disturbed compass, a slipped strap) are left
+    out: they are no matter of reading a file.
+    """
+    fits = {name: fit for name, s in series.items() if (fit := _fit(s)) is not None}
+    if not fits:
+        return {}
+    cost = np.stack([f.cost[:, 0] for f in fits.values()])
+    bad = cost[:, 0] > _BAD
+    if not bad.any():
+        return {}
+    pooled = np.log(cost[bad] + 0.05).mean(axis=0)
+    best = int(np.flatnonzero(pooled <= pooled.min() + np.log(_ALIKE))[0])
+    named = bad & (cost[:, best] < np.minimum(_DECISIVE * cost[:, 0], _BAD))
+    return {name: list(_READINGS)[best] for name, yes in zip(fits, named, strict=True) if yes}
 
 
 def _sentence(reading: np.intp, axis: np.intp) -> str:

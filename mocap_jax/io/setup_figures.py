@@ -35,13 +35,22 @@ class SetupFigures:
     """Standard deviations that the file names, by their names in `NoiseFigures`."""
 
 
-def read_setup_figures(path: str | os.PathLike[str]) -> SetupFigures:
+def read_setup_figures(path: str | os.PathLike[str], *, may_be_empty: bool = False) -> SetupFigures:
     """Read noise and calibration from a set-up file of either kind.
 
+    Args:
+        path: the file.
+        may_be_empty: a file without any entry is one to be completed, not a mistake.
+
     Raises:
-        InputError: the file is missing or wrong; unknown keys are named with the valid ones.
+        InputError: the file is missing, empty or wrong; unknown keys are named with the valid ones.
     """
     table, _ = _parsed(path)
+    if not table and not may_be_empty:
+        raise InputError(
+            f"{path}: the set-up file is empty; expected [noise] or [calibration], which mocap-jax "
+            "calibrate writes"
+        )
     return _figures(table, str(path))
 
 

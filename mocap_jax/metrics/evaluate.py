@@ -110,7 +110,11 @@ def _summary(names: list[str], values: np.ndarray, observed: tuple[str, ...]) ->
     """Values by name and their means over all and over the observed joints."""
     out = {name: float(v) for name, v in zip(names, values, strict=True)}
     out["mean"] = float(np.mean(values))
-    seen = [v for name, v in zip(names, values, strict=True) if name.split("/")[0] in observed]
+    # Of an angle (`<segment>/<angle>`) the segment counts; of several people theirs have a / too.
+    seen = [
+        v for name, v in zip(names, values, strict=True)
+        if name in observed or name.rpartition("/")[0] in observed
+    ]  # fmt: skip
     if seen:
         out["mean_observed"] = float(np.mean(seen))
     return out

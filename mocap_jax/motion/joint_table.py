@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mocap_jax.errors import InputError, unknown_name
+from mocap_jax.motion.npz_arrays import read_arrays
 from mocap_jax.motion.text_file import read_text
 
 SUFFIXES = (".json", ".npz", ".csv")
@@ -82,12 +83,8 @@ def _read_json(path: Path) -> dict:
 
 
 def _read_npz(path: Path) -> dict:
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            wanted = [k for keys in (*_KEYS.values(), ("unit",)) for k in keys]
-            return {k: archive[k].tolist() for k in wanted if k in archive}
-    except (ValueError, OSError, zipfile.BadZipFile, EOFError) as error:
-        raise InputError(f"{path}: not a readable NPZ file: {error}") from error
+    wanted = [k for keys in (*_KEYS.values(), ("unit",)) for k in keys]
+    return {k: array.tolist() for k, array in read_arrays(path, wanted).items()}
 
 
 def _read_csv(path: Path) -> JointTable:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from pathlib import Path
 
 import jax.numpy as jnp
@@ -11,6 +10,7 @@ import numpy as np
 from mocap_jax.body import load_body
 from mocap_jax.errors import InputError
 from mocap_jax.motion.motion import Motion
+from mocap_jax.motion.npz_arrays import read_arrays
 from mocap_jax.trajectory import Trajectory
 
 _KEYS = ("time", "q", "body_xml")
@@ -43,13 +43,8 @@ def load_npz(path: Path, *, fps: float | None = None, skip: int | None = None) -
 
 
 def _read(path: Path) -> dict[str, np.ndarray]:
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            missing = [key for key in _KEYS if key not in archive]
-            if missing:
-                raise InputError(f"{path}: no array '{missing[0]}'; needed: {', '.join(_KEYS)}")
-            return {key: archive[key] for key in _KEYS}
-    except (ValueError, OSError, zipfile.BadZipFile, EOFError) as error:
-        raise InputError(f"{path}: not a readable NPZ file: {error}") from error
+    arrays = read_arrays(path, _KEYS)
+    missing = [key for key in _KEYS if key not in arrays]
+    if missing:
+        raise InputError(f"{path}: no array '{missing[0]}'; needed: {', '.join(_KEYS)}")
+    return arrays

@@ -8,10 +8,17 @@ from mocap_jax.placement.options import (
     SearchOptions,
 )
 from mocap_jax.placement.sources import SourceStudy, choose_sources
-from mocap_jax.placement.study import CurvePoint, Judge, Placement, PlacementStudy, place
+from mocap_jax.placement.study import (
+    CurvePoint,
+    Judge,
+    Placement,
+    PlacementStudy,
+    carrying_segments,
+    place,
+)
 
 __all__ = [
     "Constraints", "CurvePoint", "ErrorModel", "Judge", "Placement", "PlacementOptions",
-    "PlacementStudy", "SearchOptions", "SourceStudy", "choose_sources", "place", "study_record",
-    "write_placement",
+    "PlacementStudy", "SearchOptions", "SourceStudy", "carrying_segments", "choose_sources",
+    "place", "study_record", "write_placement",
 ]  # fmt: skip

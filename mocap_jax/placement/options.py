@@ -15,6 +15,12 @@ SENSOR_KINDS = ("A", "G", "AG")
 """Accelerometer, gyroscope, both on one board."""
 
 
+OVER = ("mean", "worst")
+"""How errors of several motions make one."""
+ROOTS = ("given", "free")
+"""Whether the root pose is measured."""
+
+
 @dataclass(frozen=True)
 class ErrorModel:
     """How a sensor of the studied kind errs, and what the estimator assumes beside it."""
@@ -91,6 +97,11 @@ class Constraints:
     distance_m: float = 0.05
     """Least distance between two sensors, in the reference pose [m]."""
 
+    def __post_init__(self) -> None:
+        for name, cost in self.costs.items():
+            if not 0.0 <= cost < float("inf"):
+                raise InputError(f"costs: {name} {cost:g}: must be a number of zero or more")
+
 
 @dataclass(frozen=True)
 class PlacementOptions:
@@ -125,10 +136,10 @@ class PlacementOptions:
     def __post_init__(self) -> None:
         if self.objective not in OBJECTIVES:
             raise unknown_name("objective", self.objective, OBJECTIVES)
-        if self.over not in ("mean", "worst"):
-            raise unknown_name("over", self.over, ("mean", "worst"))
-        if self.root not in ("given", "free"):
-            raise unknown_name("root", self.root, ("given", "free"))
+        if self.over not in OVER:
+            raise unknown_name("over", self.over, OVER)
+        if self.root not in ROOTS:
+            raise unknown_name("root", self.root, ROOTS)
         if self.habits not in ("motions", "estimator"):
             raise unknown_name("habits", self.habits, ("motions", "estimator"))
         if self.sensors < 1:

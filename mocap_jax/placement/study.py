@@ -108,6 +108,19 @@ def place(
         return study.run(begin)
 
 
+def carrying_segments(body: Body, allowed: Sequence[str] = ()) -> tuple[str, ...]:
+    """Segments of a body that may carry a sensor (Xsens names).
+
+    Args:
+        body: who wears them.
+        allowed: segments that may, by Xsens names or the body's own; empty means all.
+
+    Raises:
+        InputError: a segment that does not exist or has no reachable patch; no segment at all.
+    """
+    return tuple(p.segment for p in patches_of(with_shapes(body), tuple(allowed)))
+
+
 class Judge:
     """Expected errors of placements on a body for some motions, without a search."""
 

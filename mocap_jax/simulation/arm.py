@@ -11,6 +11,7 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from mocap_jax.body import Body
+from mocap_jax.body.site_names import SOURCE_PREFIX
 from mocap_jax.errors import InputError
 from mocap_jax.motion.arm import (
     ABDUCTION,
@@ -175,7 +176,7 @@ def declared(recording: Recording, scene: ArmScene, kind: Shoulder) -> Recording
 
 def _suit(scene: ArmScene) -> Suit:
     """The devices, whose sites the arm has already."""
-    wrist = Mounting(WRIST_SITE.removeprefix("source/"), "RightHand", (0.0, 0.0, 0.0))
+    wrist = Mounting(WRIST_SITE.removeprefix(SOURCE_PREFIX), "RightHand", (0.0, 0.0, 0.0))
     return Suit((), (wrist,), (), tuple(Anchor(n, p) for n, p in scene.anchors.items()))
 
 

@@ -9,9 +9,10 @@ import numpy as np
 
 from mocap_jax.body import Body, load_body
 from mocap_jax.body.mjcf_text import numbers
+from mocap_jax.body.site_names import ANCHOR_PREFIX, SOURCE_PREFIX
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.motion import xsens_name
-from mocap_jax.simulation.suit import ANCHOR_PREFIX, SOURCE_PREFIX, Anchor, Mounting, Suit
+from mocap_jax.simulation.suit import Anchor, Mounting, Suit
 
 # Radius of a capsule made for a bare segment, as a share of its length, and its bounds [m].
 _SLENDERNESS, _THINNEST, _THICKEST = 0.15, 0.02, 0.10

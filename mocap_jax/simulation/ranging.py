@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from mocap_jax.body.site_names import SOURCE_PREFIX
 from mocap_jax.recording import RangeStream
 from mocap_jax.signals.ultrasonic.air import temperature
 from mocap_jax.simulation.flight import Flights, fly
@@ -13,7 +14,7 @@ from mocap_jax.simulation.profiles import Profile
 from mocap_jax.simulation.random_streams import stream
 from mocap_jax.simulation.rig import Rig
 from mocap_jax.simulation.spline import PoseSpline
-from mocap_jax.simulation.suit import SOURCE_PREFIX, Suit
+from mocap_jax.simulation.suit import Suit
 
 _KELVIN = 273.15
 

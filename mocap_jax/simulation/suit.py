@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-SOURCE_PREFIX = "source/"
-ANCHOR_PREFIX = "anchor/"
+from mocap_jax.body.site_names import ANCHOR_PREFIX, SOURCE_PREFIX
+
 BURST_HZ = 40_000.0
 """Of ultrasonic bursts, unless something else is said (Vlasic 2007, section 3.2)."""
 

@@ -9,11 +9,12 @@ from scipy.spatial.transform import Rotation
 
 from mocap_jax.body import Body, load_body
 from mocap_jax.body.mjcf_text import numbers
+from mocap_jax.body.site_names import SOURCE_PREFIX
 from mocap_jax.motion import TIP_PREFIX
 from mocap_jax.simulation.mounting import body_elements
 from mocap_jax.simulation.profiles import Profile
 from mocap_jax.simulation.random_streams import stream
-from mocap_jax.simulation.suit import SOURCE_PREFIX, Suit
+from mocap_jax.simulation.suit import Suit
 
 Parameters = dict[str, np.ndarray]
 

@@ -43,6 +43,9 @@ def test_only_what_lies_still_for_long_enough_is_used() -> None:
     with pytest.raises(InputError, match="longest still interval lasts .* at least 60 s") as error:
         calibrate_noise(six_positions())
     assert "sensor 'straight' (and 1 more)" in str(error.value)
+    short = "less than 2 s of 3.. s, not counting its first and last 1 s, .* at least 2 s"
+    with pytest.raises(InputError, match=short):
+        calibrate_noise(left_alone(3.0), NoiseCalibrationOptions(shortest_s=1.0))
     with pytest.raises(InputError, match="at least 300 s are needed"):
         calibrate_noise(left_alone(), NoiseCalibrationOptions(shortest_s=300))
     with pytest.raises(InputError, match="% of the accelerometer's samples are missing"):

@@ -85,9 +85,12 @@ def test_mounting_and_headings_come_out(folder: Path, capsys):
     [
         (["--headings", "magnetic"], "auto, own, common"),
         (["--facing", "s1"], "SENSOR:AXIS"),
-        (["--facing", "s9:x"], "s9"),
-        (["--time", "99"], "valid: 0.00 to 14.98 s"),
-        (["--time", "10"], "nobody is still"),
+        (["--facing", "s9:x"], "--facing: unknown sensor 's9'; valid: s1, s2"),
+        (["--facing", "s1:up"], "--facing: unknown axis 'up'; valid: x"),
+        (["--time", "99"], "--time: time 99 s is outside the recording; valid: 0.00 to 14.98 s"),
+        (["--time", "10"], "--time: nobody is still"),
+        (["--segment", "s3=arm"], "--segment: unknown sensor 's3'; valid: s1, s2"),
+        (["--segment", "s1=Hat"], "--segment: unknown segment 'Hat'; valid: trunk, arm"),
         (["--pose", "lying"], "reference, declared"),
         (["--pose", "declared"], "declares no rest hold"),
         (["--segment", "s1"], "SENSOR=SEGMENT"),
@@ -106,4 +109,5 @@ def test_without_a_knee_or_elbow_somebody_has_to_say_where_it_faces(folder: Path
     body.write_text(XML.replace('axis="0 1 0" range="0 2.6" limited="true"', 'type="ball"'))
     call = arguments(folder, "--body", str(body), "--headings", "own")
     assert main(call) == 1
-    assert "say which axis of which sensor points forward" in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert "raw.mcap: " in error and "say which axis of which sensor points forward" in error

@@ -39,8 +39,8 @@ def test_study_is_written(tmp_path: Path, capsys: pytest.CaptureFixture):
         (["walking:90-95"], 1, "walking:90-95: no such stretch; the motion lasts 10"),
         (["walking", "--objective", "B"], 2, "objective 'B'"),
         (["walking", "--cost", "Head"], 2, "--cost Head: expected SEGMENT=COST"),
-        (["walking:2-3", "--allow", "Tail"], 1, "'Tail'"),
-        (["walking:2-3", "-n", "40"], 1, "sensors 40: more than the 21 segments"),
+        (["walking:2-3", "--allow", "Tail"], 2, "--allow: unknown segment 'Tail'"),
+        (["walking:2-3", "-n", "40"], 2, "--number 40: more than the 21 segments"),
     ],
 )
 def test_wrong_input_gives_one_line(

@@ -152,6 +152,7 @@ def test_sensor_without_a_site(refused, recording, tmp_path):
         ("<mujoco><worldbody/></mujoco>", "body"),
         ("<urdf/>", "body.xml"),
         ("no XML at all", "body.xml"),
+        (" \n", "the file is empty"),
     ],
 )
 def test_body_that_is_none(refused, recording_file, tmp_path, text, word):
@@ -172,7 +173,27 @@ def test_missing_body(refused, recording_file, tmp_path):
     refused(arguments, FAILURE, "none.xml")
 
 
+@pytest.mark.parametrize("text", ["", "# nothing yet\n"])
+def test_set_up_file_without_entries(refused, recording_file, tmp_path, text):
+    (tmp_path / "setup.toml").write_text(text)
+    arguments = ["reconstruct", recording_file, "--setup", tmp_path / "setup.toml"]
+    refused(arguments, FAILURE, "setup.toml", "empty", "[noise]", "[calibration]")
+
+
 # Motions and suits
+
+
+@pytest.mark.parametrize("objects", [False, True])
+def test_archive_that_is_none_is_not_to_be_trusted(run, tmp_path, objects):
+    path = tmp_path / "walk.npz"
+    if objects:
+        np.savez(path, time=np.array([{}]), q=np.zeros((1, 7)), body_xml="")
+    else:
+        path.write_bytes(b"no archive at all")
+    outcome = run("info", path)
+    assert outcome.code == FAILURE and len(outcome.error_lines) == 1, outcome
+    assert "walk.npz" in outcome.err and "pickle" not in outcome.err, outcome.err
+    assert ("Python objects" if objects else "not a readable NPZ file") in outcome.err
 
 
 def test_motion_that_is_neither_file_nor_builtin(refused, tmp_path):

@@ -31,14 +31,14 @@ def test_unknown_option(refused):
         ["reconstruct", "{rec}", "-o", "{rec}", "--method", "ekf"],
         ["reconstruct", "{rec}", "--json", "{rec}", "--method", "ekf"],
         ["evaluate", "{rec}", "{rec}", "--json", "{rec}"],
-        ["simulate", "routine", "-o", "{out}.mcap", "--json", "{out}.mcap"],
+        ["reconstruct", "{rec}", "-o", "{out}.mcap", "--json", "{out}.mcap"],
     ],
 )
 def test_inputs_are_not_written_over(refused, recording_file, tmp_path, arguments):
     before = Path(recording_file).read_bytes()
     named = [a.format(rec=recording_file, out=tmp_path / "out") for a in arguments]
-    code_words = (USAGE, "overwrite") if "simulate" not in arguments else (USAGE,)
-    refused(named, *code_words)
+    writes = "what --output writes" if "{out}.mcap" in arguments else "a file that this call reads"
+    refused(named, USAGE, f"would overwrite {writes}")
     assert Path(recording_file).read_bytes() == before
 
 
@@ -70,6 +70,13 @@ def test_misspelt_height_of_the_human_names_body(refused, recording_file):
     refused(arguments, USAGE, "--body human:heigth=1.8", "'heigth'", "height", "UpperLeg")
 
 
+@pytest.mark.parametrize("verb", ["reconstruct", "batch", "simulate", "calibrate mounting"])
+def test_name_of_a_body_that_is_none(refused, recording_file, tmp_path, verb):
+    source = "walking" if verb == "simulate" else recording_file
+    arguments = [*verb.split(), source, "-o", tmp_path / "out.mcap", "--body", "robot"]
+    refused(arguments, USAGE, "--body robot", ".xml", ".osim", "human:height=1.80")
+
+
 @pytest.mark.parametrize("option", ["--body", "--setup"])
 def test_batch_with_a_missing_file_makes_no_folder(refused, recording_file, tmp_path, option):
     arguments = ["batch", recording_file, "-o", tmp_path / "results", option, tmp_path / "none.xml"]
@@ -84,8 +91,21 @@ def test_batch_of_missing_recordings_makes_no_folder(refused, tmp_path):
     ("arguments", "code", "words"),
     [
         (["walkin"], FAILURE, ("walkin", "walking")),
-        (["walking", "--objective", "B"], USAGE, ("'B'", "worst")),
-        (["walking", "-n", "0"], USAGE, ("1 or more",)),
+        (["walking", "--objective", "B"], USAGE, ("--objective", "'B'", "worst")),
+        (["walking", "--sensors", "AM"], USAGE, ("--sensors", "'AM'", "AG")),
+        (["walking", "--over", "most"], USAGE, ("--over", "'most'", "worst")),
+        (["walking", "--root", "fixed"], USAGE, ("--root", "'fixed'", "free")),
+        (["walking", "-n", "0"], USAGE, ("--number", "1 or more")),
+        (["walking", "-n", "40"], USAGE, ("--number 40", "more than", "Pelvis")),
+        (["walking", "-n", "6", "--most", "3"], USAGE, ("--most 3", "6 (--number)")),
+        (["walking", "--restarts", "0"], USAGE, ("--restarts", "1 or more")),
+        (["walking", "--allow", "Hed"], USAGE, ("--allow", "'Hed'", "Head")),
+        (["walking", "--require", "Hed"], USAGE, ("--require", "'Hed'", "Head")),
+        (["walking", "--allow", "Head", "--require", "T8"], USAGE, ("--require", "'T8'", "Head")),
+        (["walking", "--cost", "Hed=2"], USAGE, ("--cost", "'Hed'", "Head")),
+        (["walking", "--cost", "Head=-1"], USAGE, ("--cost Head=-1", "zero or more")),
+        (["walking", "--cost", "Head=nan"], USAGE, ("--cost Head=nan", "zero or more")),
+        (["walking", "--cost", "Head"], USAGE, ("--cost Head", "SEGMENT=COST")),
     ],
 )
 def test_refused_placement_makes_no_folder(refused, tmp_path, arguments, code, words):

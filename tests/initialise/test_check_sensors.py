@@ -12,7 +12,7 @@ from mocap_jax.initialise import SensorCheck, check_sensors
 from mocap_jax.initialise.sensor_assignment import neighbours
 from mocap_jax.motion import builtin_motion
 from mocap_jax.motion.motion import Motion
-from mocap_jax.simulation import simulate
+from mocap_jax.simulation import SimulationOptions, simulate
 from mocap_jax.trajectory import Trajectory
 
 SAME = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -24,15 +24,16 @@ LIKELY_SWAPS = [
 ]  # fmt: skip
 
 
-def walk(seed):
+def walk(seed, profile="field", **options):
     """The rest hold and five seconds of walking with all errors of the field profile."""
     motion = builtin_motion("walking")
     time = np.asarray(motion.trajectory.time)
     first = time <= time[0] + 4.0
     short = Trajectory(motion.trajectory.time[first], motion.trajectory.q[first])
     return simulate(
-        Motion(motion.name, motion.body, short, motion.facts), profile="field", seed=seed
-    )
+        Motion(motion.name, motion.body, short, motion.facts), profile=profile, seed=seed,
+        options=SimulationOptions(**options),
+    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -96,6 +97,21 @@ def test_ordinary_errors_raise_no_alarm(recording, body, with_ranges):
     assert 1.0 < max(tilt) < 40.0
     distance = np.array([m["distance_error"] for m in check.measures.values()])
     assert np.isfinite(distance).any() == with_ranges
+
+
+@pytest.mark.parametrize("profile", ["ideal", "paper", "field"])
+def test_quaternions_of_another_order_are_named(profile):
+    sound = walk(1, profile, orientations=True)
+    assert check_sensors(sound).ok, str(check_sensors(sound))
+    xyzw = lambda s: dataclasses.replace(s, orientation=np.roll(s.orientation, -1, axis=1))  # noqa: E731
+    text = "quaternions look like xyzw, read as wxyz"
+    boards = {name: xyzw(stream) for name, stream in sound.inertial.items()}
+    check = check_sensors(dataclasses.replace(sound, inertial=boards))
+    moving = {"pelvis", "left_thigh", "right_thigh", "left_shank", "right_shank", "right_forearm"}
+    assert moving <= {n for n, texts in check.faults.items() if texts == (text,)}, str(check)
+    assert check.root is None and not check.exchanged
+    check = check_sensors(dataclasses.replace(sound, root=xyzw(sound.root)))
+    assert check.sentences == (f"The measured root: {text}.",) and not check.ok
 
 
 @pytest.mark.parametrize("with_ranges", [True, False])

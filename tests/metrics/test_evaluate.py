@@ -6,6 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 from small_person import moved, person, person_xml, recording, setup, solution, swing
 
+from mocap_jax.body import load_body
 from mocap_jax.errors import InputError
 from mocap_jax.metrics import evaluate, interpolate
 from mocap_jax.trajectory import Trajectory
@@ -107,6 +108,18 @@ def test_known_perturbation_gives_its_angle(body, truth):
     assert mean["RightUpperArm"] < 1e-6
     assert table["joint_angle_rmse_deg"]["LeftForeArm/flexion"] == pytest.approx(expected)
     assert mean["mean"] == pytest.approx(2 * expected / 13)
+
+
+def test_observed_joints_of_one_of_several_people_have_a_mean(truth):
+    body = load_body(person_xml().replace('name="', 'name="anna/'))
+    delta = np.random.default_rng(5).normal(0.0, 0.1, (len(truth.time), body.nv))
+    estimate = Trajectory(truth.time, moved(body, np.asarray(truth.q), delta))
+    seen = ("anna/Head", "anna/RightForeArm")
+    table = evaluate(solution(body, estimate, observed=seen), solution(body, truth))
+    for metric in ("orientation_error_mean_deg", "position_error_mean_cm"):
+        errors = table[metric]
+        assert errors["mean_observed"] == pytest.approx(np.mean([errors[n] for n in seen]))
+        assert errors["mean_observed"] != errors["mean"]
 
 
 def test_exchanging_solution_and_reference_changes_nothing(body, truth, noisy):
