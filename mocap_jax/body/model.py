@@ -138,7 +138,7 @@ def _read_source(source: str | os.PathLike[str]) -> tuple[str, str, str]:
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not a text file, so not MJCF (expected XML)") from error
     if not content.strip():  # MuJoCo would blame a file of its own
-        raise InputError(f"{path}: the file is empty; expected an MJCF model")
+        raise InputError(f"{path}: not a valid MJCF model: the file is empty")
     return content, str(path), str(path.parent)
 
 
