@@ -45,7 +45,7 @@ def validate_recording(
 
     Raises:
         InputError: no body, no measurements, an empty stream, stamps that are not finite or go
-            backwards, fewer than four frames or a pause of minutes, wrong units, quaternions that
+            backwards, fewer than four frames or a pause of too many, wrong units, quaternions that
             are not unit, distances or confidences out of range, a rest hold outside the recording,
             sensors, sources, receivers or joints that the body does not have (the valid ones are
             listed).

@@ -81,7 +81,7 @@ FAULTS = {
     "/root: positions move at .* m/s in the median: probably millimetres": lambda r: replace(
         r, root=replace(r.root, position=np.cumsum(np.full((len(r.root.time), 3), 9.0), axis=0))
     ),
-    "nothing was measured for 1000 s, from .* cut out one stretch": lambda r: paused(r, 1000.0),
+    "nothing was measured for 3000 s, from .* cut out one stretch": lambda r: paused(r, 3000.0),
     "spans 0.000 s, fewer than 4 frames": lambda r: replace(
         r,
         inertial={"pelvis": jax.tree.map(lambda x: x[:1], r.inertial["pelvis"])},
@@ -152,5 +152,5 @@ def test_missing_values_are_sound(recording) -> None:
     validate_recording(with_pelvis(recording, accelerometer=np.full((60, 3), np.nan)))
 
 
-def test_pauses_of_a_minute_are_sound(recording) -> None:
-    validate_recording(paused(recording, 60.0))
+def test_pauses_of_minutes_are_sound(recording) -> None:
+    validate_recording(paused(recording, 180.0))
