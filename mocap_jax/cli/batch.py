@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from mocap_jax.cli.batch_work import work
 from mocap_jax.cli.estimation import Estimation, add_estimation_arguments, estimation_of
 from mocap_jax.cli.exit_codes import FAILURE, SALVAGED, SUCCESS, UsageError
-from mocap_jax.cli.files import output_file, output_folder, write_text
+from mocap_jax.cli.files import output_file, output_folder, possible_folder, write_text
 from mocap_jax.cli.human_text import is_human
 from mocap_jax.cli.parser import add_json_argument, count
 from mocap_jax.cli.results import write_json
@@ -62,7 +62,8 @@ def run(arguments: argparse.Namespace) -> int:
     json_file = output_file(arguments.json) if arguments.json else None
     from mocap_jax.batch import Summary, run_jobs
 
-    jobs = _jobs(arguments.inputs, Path(arguments.output), asked)
+    # Before all recordings are read for their fingerprints; made when nothing is refused any more.
+    jobs = _jobs(arguments.inputs, possible_folder(arguments.output), asked)
     folder = output_folder(arguments.output)
     kept = {} if arguments.again else {j: r for j in jobs if (r := j.finished) is not None}
     todo = [job for job in jobs if job not in kept]

@@ -75,6 +75,21 @@ def keep_inputs(arguments: argparse.Namespace) -> None:
             seen.setdefault(place, read if name in _INPUTS else f"what --{name} writes")
 
 
+def possible_folder(path: str | os.PathLike[str]) -> Path:
+    """Check that a folder can be made or written in, and make none: long work may be refused yet.
+
+    Raises:
+        InputError: what exists of the path is no folder, or must not be written in.
+    """
+    folder = Path(path)
+    there = next((p for p in (folder, *folder.absolute().parents) if os.path.exists(p)), folder)
+    if not there.is_dir():
+        raise InputError(f"{folder}: cannot be made a folder: '{there}' is none")
+    if not os.access(there, os.W_OK):
+        raise InputError(f"{folder}: no permission to write in '{there}'")
+    return folder
+
+
 def output_folder(path: str | os.PathLike[str]) -> Path:
     """Make a folder for several files; raises `InputError` where that is impossible."""
     folder = Path(path)

@@ -11,13 +11,15 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from mocap_jax.body import Topology
 from mocap_jax.measurement import FrameData
 
 _WORLD = 0
+# Ranges of confidence 1 that it takes to tie, or more of less. A suit has as many within a second;
+# echoes and strays are few and faint, and must not untie a declared place.
+_LEAST_WEIGHT = 10.0
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ def free_roots(data: FrameData, topology: Topology, *, root_given: bool) -> tupl
     """Every free root of a body, in the order of its joints.
 
     Args:
-        data: measurements on the frame grid; a single range ties.
+        data: measurements on the frame grid; ranges tie two bodies whose confidences add up to 10.
         topology: of the body.
         root_given: the first root was measured.
     """
@@ -69,14 +71,17 @@ def free_roots(data: FrameData, topology: Topology, *, root_given: bool) -> tupl
 
 
 def _groups(data: FrameData, topology: Topology) -> np.ndarray:
-    """Label (nbody,) of who hears whom: trees with ranges between them have the same."""
-    tree = _trees(topology)
-    heard = np.asarray(data.range_weight) > 0
+    """Label (nbody,) of who hears whom: trees with ranges enough between them have the same."""
+    tree, n = _trees(topology), topology.nbody
+    weight = np.asarray(data.range_weight)
+    heard = weight > 0
     carrier = np.array(topology.site_body, int)
     ends = [tree[carrier[np.asarray(s)[heard]]] for s in (data.range_source, data.range_receiver)]
-    n = topology.nbody
-    graph = coo_matrix((np.ones(len(ends[0])), (ends[0], ends[1])), shape=(n, n))
-    return connected_components(graph, directed=False)[1][tree]
+    pair = ends[0] * n + ends[1]
+    between = np.bincount(pair, weights=weight[heard], minlength=n * n).reshape(n, n)
+    # Either of the two may be the one that hears.
+    tied = between + between.T >= _LEAST_WEIGHT
+    return connected_components(tied, directed=False)[1][tree]
 
 
 def _trees(topology: Topology) -> np.ndarray:

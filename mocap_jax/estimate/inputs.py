@@ -34,12 +34,15 @@ def uses_root(recording: Recording, root: str) -> bool:
 
 
 def measures_root(recording: Recording) -> bool:
-    """Whether the recording has a root pose that is not missing throughout."""
+    """Whether the recording has a root that is not missing throughout; one half of it will do.
+
+    Cameras often measure positions alone, and what is missing is left to the other sensors.
+    """
     root = recording.root
-    return root is not None and bool(
-        (np.isfinite(np.asarray(root.position)).all(axis=1)
-         & np.isfinite(np.asarray(root.orientation)).all(axis=1)).any()
-    )  # fmt: skip
+    return root is not None and any(
+        bool(np.isfinite(np.asarray(half)).all(axis=1).any())
+        for half in (root.position, root.orientation)
+    )
 
 
 def measures_orientation(recording: Recording) -> bool:

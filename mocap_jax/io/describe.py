@@ -23,7 +23,14 @@ from mocap_jax.motion import (
     load_motion,
     load_skeleton,
 )
-from mocap_jax.recording import InertialStream, RangeStream, Recording, Setup, ragged_ends
+from mocap_jax.recording import (
+    InertialStream,
+    RangeStream,
+    Recording,
+    Setup,
+    hasty_root,
+    ragged_ends,
+)
 from mocap_jax.solution import Solution
 
 _BODIES = (".xml", ".osim", ".asf")
@@ -96,6 +103,7 @@ def _recording(recording: Recording) -> list[str]:
     lines.append("truth: " + _truth(recording))
     lines += _own_body(recording) + _setup(recording.setup)
     lines += [f"ends: {text}" for text in ragged_ends(recording)]
+    lines += [f"root: {text}" for text in hasty_root(recording)]
     return lines + [f"salvaged: {text}" for text in recording.salvage]
 
 

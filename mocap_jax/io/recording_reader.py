@@ -41,6 +41,7 @@ from mocap_jax.recording import (
     TemperatureStream,
     Truth,
     calibrated,
+    without_lost_rest,
 )
 
 _TOPICS = "/inertial/<sensor>, /magnetic/<sensor>, /range, /root, /temperature, /truth/..."
@@ -127,7 +128,11 @@ class _Reader:
         )
         if recording.body_xml is None and self._contents.damage and self._had("body.xml"):
             self._lost.append("the body model (attachment body.xml) is lost")
-        return replace(recording, salvage=self._contents.damage + tuple(self._lost))
+        salvage = self._contents.damage + tuple(self._lost)
+        if salvage:
+            recording, told = without_lost_rest(recording)
+            salvage += (told,) if told else ()
+        return replace(recording, salvage=salvage)
 
     def _had(self, attachment: str) -> bool:
         """Whether the file had an attachment; files that do not list them may have had it."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import ceil, floor
+
 import numpy as np
 
 from mocap_jax.body import Body, load_body
@@ -12,8 +14,10 @@ from mocap_jax.recording import (
     MagneticStream,
     RangeStream,
     Recording,
+    RestHold,
     RootStream,
     frame_extent,
+    root_speed,
 )
 
 # Farther than any room that ultrasonic sources fill [m].
@@ -24,8 +28,8 @@ _MAX_RATE = 60.0
 _MIN_GRAVITY, _MAX_GRAVITY = 4.0, 100.0
 # The Earth's field is 25 to 65 microtesla [T].
 _MAX_FIELD = 1e-2
-# Nobody moves as fast for long, and a measured root in millimetres seems to [m/s].
-_MAX_SPEED = 50.0
+# Of sound: nothing on the ground is as fast, and who walks is in millimetres [m/s].
+_MAX_SPEED = 340.0
 _QUATERNION_TOLERANCE = 1e-3
 
 
@@ -45,7 +49,7 @@ def validate_recording(
 
     Raises:
         InputError: no body, no measurements, an empty stream, stamps that are not finite or go
-            backwards, fewer than four frames or a pause of minutes, wrong units, quaternions that
+            backwards, fewer than four frames or a pause of too many, wrong units, quaternions that
             are not unit, distances or confidences out of range, a rest hold outside the recording,
             sensors, sources, receivers or joints that the body does not have (the valid ones are
             listed).
@@ -181,12 +185,10 @@ def _check_root(where: str, root: RootStream) -> None:
     _check_unit(where, np.asarray(root.orientation))
     if np.nanmax(np.abs(np.asarray(root.position)), initial=0.0) > 1e4:
         raise InputError(f"{where}: positions exceed 10 km: expected metres")
-    speed = np.linalg.norm(np.diff(np.asarray(root.position), axis=0), axis=1) / np.diff(time)
-    speed = speed[np.isfinite(speed)]
-    if speed.size and (usual := float(np.median(speed))) > _MAX_SPEED:
+    if (usual := root_speed(root)) > _MAX_SPEED:
         raise InputError(
-            f"{where}: positions move at {usual:.4g} m/s in the median: probably millimetres; "
-            "expected metres"
+            f"{where}: positions move at {usual:.4g} m/s in the median over seconds: probably "
+            "millimetres; expected metres"
         )
 
 
@@ -244,12 +246,7 @@ def _check_rest(recording: Recording, body: Body, name: str) -> None:
     rest = recording.setup.rest
     if rest is None:
         return
-    first, last = recording.interval
-    if rest.start > last or rest.end < first:
-        raise InputError(
-            f"{name}: the declared rest hold, {rest.start:.2f} to {rest.end:.2f} s, is outside the "
-            f"recording, {first:.2f} to {last:.2f} s"
-        )
+    _check_hold(recording, rest, name)
     topology = body.topology
     for joint, values in rest.pose.items():
         if joint not in topology.joint_names:
@@ -261,3 +258,18 @@ def _check_rest(recording: Recording, body: Body, name: str) -> None:
                 f"{name}: rest pose of {kind} joint '{joint}' has {len(values)} numbers, expected "
                 f"{QPOS_WIDTH[kind]}"
             )
+
+
+def _check_hold(recording: Recording, rest: RestHold, name: str) -> None:
+    first, last = recording.interval
+    # Samples are stamped at the centres of their intervals: a frame beyond them is still measured.
+    frame = 1.0 / frame_extent(recording).rate_hz
+    if rest.start <= last + frame and rest.end >= first - frame:
+        return
+    way = f"--from {floor(1e2 * first) / 1e2:.2f}"
+    if rest.start > last:
+        way = f"--to {ceil(1e2 * last) / 1e2:.2f}"
+    raise InputError(
+        f"{name}: the declared rest hold, {rest.start:.2f} to {rest.end:.2f} s, is outside the "
+        f"recording, {first:.2f} to {last:.2f} s; {way} estimates without it (in Python: mj.cut)"
+    )

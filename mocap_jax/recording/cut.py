@@ -17,7 +17,7 @@ from mocap_jax.recording.streams import TemperatureStream
 CUT_START, CUT_STOP = "cut_start", "cut_stop"
 """Facts of the provenance of a cut recording: the times it was cut at [s]."""
 # A shorter piece of a rest hold tells offsets and mounting too badly to count as one [s].
-_SHORTEST_REST = 0.5
+SHORTEST_REST = 0.5
 _Stream = TypeVar("_Stream")
 
 
@@ -147,6 +147,6 @@ def _rest(rest: RestHold | None, low: float, high: float) -> RestHold | None:
         return None
     start, end = max(rest.start, low), min(rest.end, high)
     # A hold that is declared shorter than that stays one, if it is whole.
-    if end - start < min(_SHORTEST_REST, rest.end - rest.start):
+    if end - start < min(SHORTEST_REST, rest.end - rest.start):
         return None
     return dataclasses.replace(rest, start=start, end=end)

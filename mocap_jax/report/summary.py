@@ -91,7 +91,10 @@ def _root_use(solution: Solution, recording: Recording | None) -> str:
         return "Free: found from the worn sensors alone, no measured root pose was used."
     used = asked == "given" or "root" in solution.statistics
     if not used and asked == "auto" and recording is not None:
-        used = recording.root is not None and len(recording.root.time) > 0
+        # Estimators load slowly, and a page with given references needs none of them.
+        from mocap_jax.estimate.inputs import measures_root
+
+        used = measures_root(recording)
     if used:
         return _given(solution.setup)
     if asked != "auto":

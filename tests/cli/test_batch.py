@@ -145,3 +145,24 @@ def test_warnings_of_a_recording_are_in_its_record(run, recording, tmp_path):
     assert outcome.code == 0 and not outcome.err, outcome.err
     record = json.loads((tmp_path / "out" / "a.json").read_text())
     assert "Sensor chest" in record["warnings"][0]
+
+
+def _unread(*_: object, **__: object) -> None:
+    raise AssertionError("recordings were read although results cannot be written")
+
+
+def test_a_folder_below_a_file_is_refused_before_anything_is_read(
+    refused, recording_file, monkeypatch
+):
+    monkeypatch.setattr("mocap_jax.batch.jobs_of", _unread)
+    below = recording_file / "a" / "b"
+    refused(["batch", recording_file, "-o", below], 1, str(below), "still.mcap' is none")
+
+
+def test_a_locked_folder_is_refused_before_anything_is_read(
+    refused, recording_file, tmp_path, monkeypatch
+):
+    monkeypatch.setattr("mocap_jax.batch.jobs_of", _unread)
+    monkeypatch.setattr("mocap_jax.cli.files.os.access", lambda *_: False)  # root may write all
+    out = tmp_path / "new" / "out"
+    refused(["batch", recording_file, "-o", out], 1, "out: no permission", str(tmp_path))

@@ -111,8 +111,9 @@ def test_given_root_that_is_not_there(refused, recording, tmp_path):
 
 def test_given_root_that_is_missing_throughout(refused, recording, tmp_path):
     path = tmp_path / "rootless.mcap"
+    n = len(recording.root.time)
     root = dataclasses.replace(
-        recording.root, position=np.full((len(recording.root.time), 3), np.nan)
+        recording.root, position=np.full((n, 3), np.nan), orientation=np.full((n, 4), np.nan)
     )
     write_recording(path, dataclasses.replace(recording, root=root))
     refused(["reconstruct", path, "--root", "given"], USAGE, "rootless.mcap", "/root")

@@ -35,12 +35,12 @@ def body() -> Body:
 
 
 def ranges(body: Body, *pairs: tuple[str, str], weight: float = 1.0) -> Any:
-    """Six frames in whose first each pair (source, receiver) has a range."""
+    """Six frames in each of which each pair (source, receiver) has two ranges."""
     at = body.topology.site_index
-    k = max(len(pairs), 1)
+    k = 2 * max(len(pairs), 1)
     source, receiver, heard = np.zeros((6, k), int), np.zeros((6, k), int), np.zeros((6, k))
-    for i, (a, b) in enumerate(pairs):
-        source[0, i], receiver[0, i], heard[0, i] = at(a), at(b), weight
+    for i, (a, b) in enumerate(2 * pairs):
+        source[:, i], receiver[:, i], heard[:, i] = at(a), at(b), weight
     return SimpleNamespace(
         time=np.arange(6) / 10, step=0.1, range_source=source, range_receiver=receiver,
         range_weight=heard, root_position=np.ones((6, 3)),
@@ -80,9 +80,23 @@ def test_what_ties_whom(
     assert all(root.person == people.get(root.tie, "") for root in found)
 
 
-def test_ranges_without_weight_tie_nobody(body: Body) -> None:
-    silent = ranges(body, ("source/a/left", DOOR), weight=0.0)
-    assert free_roots(silent, body.topology, root_given=False)[0].tie == "none"
+@pytest.mark.parametrize(("weight", "tie"), [(0.0, "none"), (0.8, "none"), (0.9, "anchors")])
+def test_ranges_tie_whose_confidences_add_up(body: Body, weight: float, tie: str) -> None:
+    heard = ranges(body, ("source/a/left", DOOR), weight=weight)  # twelve of them
+    assert free_roots(heard, body.topology, root_given=False)[0].tie == tie
+
+
+def test_what_either_of_two_people_hears_adds_up(body: Body) -> None:
+    there, back = ("source/b/left", "a/upper"), ("source/a/left", "b/upper")
+    for pairs, tie in (((there,), "none"), ((back,), "none"), ((there, back), "person")):
+        found = free_roots(ranges(body, *pairs, weight=0.5), body.topology, root_given=False)
+        assert found[1].tie == tie
+
+
+def test_a_stray_range_leaves_the_declared_place_held(body: Body) -> None:
+    stray = ranges(body, ("source/a/left", DOOR))
+    stray.range_weight[1:] = stray.range_weight[:, 1:] = 0.0
+    np.testing.assert_allclose(held(body, stray)[:6], len(REST) / 0.005**2)
 
 
 def held(body: Body, data: Any, *, given: bool = False) -> np.ndarray:

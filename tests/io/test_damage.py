@@ -17,7 +17,7 @@ from mocap_jax.io import (
     write_recording,
     write_solution,
 )
-from mocap_jax.recording import Recording
+from mocap_jax.recording import Recording, RestHold
 
 
 @pytest.fixture(scope="module")
@@ -174,3 +174,16 @@ def test_a_body_that_was_never_there_is_not_lost(tmp_path, body) -> None:
     content = path.read_bytes()
     recording = read_damaged(tmp_path, content[: int(0.7 * len(content))])
     assert recording.salvage and not any("body" in text for text in recording.salvage)
+
+
+def test_a_rest_hold_that_is_lost_is_dropped_and_said(tmp_path, body) -> None:
+    path = tmp_path / "late.mcap"
+    whole = random_recording(body, n=1500)
+    held = dataclasses.replace(whole.setup, rest=RestHold(9.0, 10.0))
+    write_recording(path, dataclasses.replace(whole, setup=held))
+    content = path.read_bytes()
+    assert read_recording(path).setup.rest == RestHold(9.0, 10.0)
+    recording = read_damaged(tmp_path, content[: len(content) // 2])
+    assert recording.setup.rest is None
+    assert any("rest hold (9 to 10 s) is lost" in text for text in recording.salvage)
+    validate_recording(recording)

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import jax
 import numpy as np
 import pytest
 from small_person import person, recording, setup, solution, swing
@@ -62,6 +63,9 @@ def test_free_root_and_methods_that_differ(made, reference):
     auto = dataclasses.replace(made, options={"root": "auto"})
     assert root_sentence({"a": free}, rooted(reference)).startswith("Free: found from the worn")
     assert root_sentence({"a": auto}, reference).startswith("Free: the recording has no")
+    nothing = jax.tree.map(lambda x: np.full_like(x, np.nan), rooted(reference).root)
+    unmeasured = dataclasses.replace(reference, root=nothing)
+    assert root_sentence({"a": auto}, unmeasured).startswith("Free: the recording has no")
     told = root_sentence({"a": auto, "b": auto, "c": free}, rooted(reference))
     assert told.startswith("a and b: given: ") and " c: free: " in told
     filtered = dataclasses.replace(auto, statistics={"root": {"rms": 1.0}})

@@ -1,0 +1,42 @@
+"""`root_speed`, `hasty_root`: a measured root in millimetres moves a thousand times too fast."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mocap_jax.recording.recording import Recording
+from mocap_jax.recording.streams import RootStream
+
+# Displacements over so long tell motion: from sample to sample, noise and stamps that come in
+# bursts would outweigh it [s].
+_WINDOW = 1.0
+_MOST_WINDOWS = 100_000
+# Faster than anybody on foot, though not than vehicles [m/s].
+_HASTY = 15.0
+
+
+def root_speed(root: RootStream) -> float:
+    """Median of how fast the root is displaced over windows of a second [m/s]; NaN if shorter."""
+    position = np.asarray(root.position)
+    there = np.isfinite(position).all(axis=1)
+    time, position = np.asarray(root.time)[there], position[there]
+    if len(time) < 2 or (span := float(time[-1] - time[0])) < _WINDOW:
+        return np.nan
+    # Of a clock that jumped by years there are no windows of a second: they would fill the memory.
+    window = max(_WINDOW, span / _MOST_WINDOWS)
+    at = time[0] + window * np.arange(int(span / window) + 1)
+    places = np.stack([np.interp(at, time, x) for x in position.T], axis=1)
+    return float(np.median(np.linalg.norm(np.diff(places, axis=0), axis=1))) / window
+
+
+def hasty_root(recording: Recording) -> tuple[str, ...]:
+    """A root that moves as nobody on foot does, in a sentence; empty if it does not.
+
+    Vehicles do, so this is no more than probably a fault.
+    """
+    if recording.root is None or not (speed := root_speed(recording.root)) > _HASTY:
+        return ()
+    return (
+        f"The root's positions move at {speed:.3g} m/s in the median over seconds: on foot nobody "
+        "does; they may be millimetres instead of metres.",
+    )
