@@ -64,12 +64,12 @@ def frame_extent(recording: Recording, rate_hz: float | None = None) -> Extent:
 def _refuse_pause(recording: Recording, extent: Extent) -> None:
     limit = _MOST_EMPTY_FRAMES / extent.rate_hz
     pauses = [(extent.start, extent.end)] if extent.end - extent.start > limit else []
-    streams = [*recording.inertial.values(), *recording.magnetic.values()]
-    streams += [s for s in (recording.ranges, recording.root) if s is not None]
-    for stream in streams:
+    times = [np.asarray(board.time) for board in recording.inertial.values()]
+    times += [np.asarray(field.time) for field in recording.magnetic.values()]
+    times += [np.asarray(s.time) for s in (recording.ranges, recording.root) if s is not None]
+    for time in times:
         if not pauses:  # as a rule after the first stream
             return
-        time = np.asarray(stream.time)
         pauses = [part for pause in pauses for part in _unmeasured(time, *pause, limit)]
     if pauses:
         first, last = max(pauses, key=lambda pause: pause[1] - pause[0])
