@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
-from statistics import median
 
 import jax
 
@@ -12,6 +10,7 @@ import mocap_jax as mj
 from benchmarks import recordings
 from benchmarks.metric import Metric
 from benchmarks.sequence_problem import iterate
+from benchmarks.turns import medians
 from mocap_jax.estimate.whole_sequence import solve_sequence
 from mocap_jax.recording import Recording
 
@@ -30,24 +29,14 @@ def gradient_ratio() -> Metric:
         "iteration": lambda: iterate(run.problem, run.state),
         "gradient": lambda: jax.block_until_ready(jax.grad(loss)(estimate.parameters)),
     }
-    times = _medians(jobs)
+    for job in jobs.values():
+        job()  # compile
+    times = medians(jobs, _REPEATS)
     context = _size(recording, solution) | {f"{k}_s": v for k, v in times.items()}
     return Metric(
         "gradient_over_iteration", times["gradient"] / times["iteration"], "ratio", "lower", 3.0,
         context,
     )  # fmt: skip
-
-
-def _medians(jobs: dict[str, Callable[[], object]]) -> dict[str, float]:
-    """Median seconds after a first call, jobs taken in turn."""
-    times: dict[str, list[float]] = {name: [] for name in jobs}
-    for turn in range(_REPEATS + 1):
-        for name, job in jobs.items():
-            start = time.perf_counter()
-            job()
-            if turn:  # the first one compiles
-                times[name].append(time.perf_counter() - start)
-    return {name: median(values) for name, values in times.items()}
 
 
 def _size(recording: Recording, solution: mj.Solution) -> dict[str, int]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import time
-from statistics import median
 
 import numpy as np
 
 from benchmarks import recordings
 from benchmarks.metric import Metric
 from benchmarks.sequence_problem import prepare
+from benchmarks.turns import medians
 from mocap_jax import linalg
 
 FRAMES = 1000
@@ -33,7 +33,8 @@ def selected_inverse() -> Metric:
             "poses": lambda f=f, b=blocks: linalg.marginals(f, b),
             "pairs": lambda f=f, b=blocks: linalg.pair_marginals(f, b),
         }
-        times = _medians(jobs)
+        # Processor seconds of this thread (one BLAS thread).
+        times = medians(jobs, _REPEATS, time.thread_time)
         seconds[name] = times["factor"]
         ratios |= {f"{name}_{job}": times[job] / times["factor"] for job in ("poses", "pairs")}
     worst = max(ratios.values())
@@ -48,14 +49,3 @@ def _blocks(border: linalg.BorderBlocks | None, frames: int) -> linalg.BorderBlo
         return None
     kept = [np.array(border(k), float) for k in range(frames)]
     return kept.__getitem__
-
-
-def _medians(jobs: dict) -> dict[str, float]:
-    """Median processor seconds of the calling thread (one BLAS thread), jobs taken in turn."""
-    times: dict[str, list[float]] = {name: [] for name in jobs}
-    for _ in range(_REPEATS):
-        for name, job in jobs.items():
-            start = time.thread_time()
-            job()
-            times[name].append(time.thread_time() - start)
-    return {name: median(values) for name, values in times.items()}
