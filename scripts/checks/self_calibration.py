@@ -30,15 +30,16 @@ def badly_worn(*, soft_tissue: bool) -> Profile:
     )
 
 
-def options(*, calibrated: bool) -> mj.OptimiseOptions:
-    """Priors of the size of those errors; or no constants at all."""
+def options(*, calibrated: bool, scales: bool = False) -> mj.OptimiseOptions:
+    """Priors of the size of those errors, scales among them or not; or no constants at all."""
     sigmas = {f.name: 0.0 for f in dataclasses.fields(mj.ConstantsOptions) if "sigma" in f.name}
     if not calibrated:
         return mj.OptimiseOptions(constants=mj.ConstantsOptions(**sigmas))  # type: ignore[arg-type]
+    scale = PROFILES["field"].scale if scales else 0.0
     return mj.OptimiseOptions(
         constants=mj.ConstantsOptions(
             mounting_sigma=5 * _DEGREE, offset_sigma=0.02, source_sigma=0.02, length_sigma=0.03,
-            sound_sigma=0.01,
+            sound_sigma=0.01, accelerometer_scale_sigma=scale, gyroscope_scale_sigma=scale,
         )
     )  # fmt: skip
 
@@ -64,7 +65,12 @@ class Outcome:
 
 
 def outcomes(
-    clips: list[str], seeds: list[int], seconds: float | None, *, soft_tissue: bool
+    clips: list[str],
+    seeds: list[int],
+    seconds: float | None,
+    *,
+    soft_tissue: bool,
+    scales: bool = False,
 ) -> Iterator[Outcome]:
     """Simulate, then solve with and without constants from the same start."""
     for clip in clips:
@@ -74,9 +80,8 @@ def outcomes(
             start = mj.ekf(recording, options=mj.EkfOptions(smooth=True, covariance=False))
             errors, solution = [], start
             for calibrated in (False, True):
-                solution = mj.optimise(
-                    recording, initial=start, options=options(calibrated=calibrated)
-                )
+                chosen = options(calibrated=calibrated, scales=scales)
+                solution = mj.optimise(recording, initial=start, options=chosen)
                 table = mj.evaluate(solution, recording)
                 errors.append(float(table["orientation_error_mean_deg"]["mean_observed"]))
             yield Outcome(clip, soft_tissue, seed, *errors, z=_normalised(solution, recording))
