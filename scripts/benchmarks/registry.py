@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from benchmarks.decoding import decode_memory, decode_speed
 from benchmarks.filter_speed import realtime_factor
 from benchmarks.gradient import gradient_ratio
 from benchmarks.iteration import border_ratio, over_lapack
@@ -23,6 +24,8 @@ METRICS: dict[str, Callable[[], Metric]] = {
     "cold_start_s": cold_start,
     "warm_overhead_s": warm_overhead,
     "peak_memory_gb_20000_frames": peak_memory,
+    "decode_realtime_factor": decode_speed,
+    "decode_peak_memory_gb_10_min": decode_memory,
     "placement_study_s": placement_study,
     "sparse_poser_20_iterations_s": sparse_poser,
     "sparse_poser_default_20_iterations_s": sparse_poser_default,
