@@ -12,6 +12,13 @@ from placement.cells import Cell, Clip, devices, load
 
 TRAINING = (Clip("routine", 4.0, 5.0), Clip("routine", 14.0, 5.0), Clip("walking", 2.0, 5.0))
 """Motions that placements are chosen for."""
+CLIPS = (
+    "01_06.amc", "02_05.amc", "02_07.amc", "02_10.amc", "03_04.amc", "13_29.bvh",
+    "60_13_salsa_60Hz.bvh",
+)  # fmt: skip
+"""CMU clips that are long enough."""
+OTHERS = tuple(Clip(name, 2.0, 5.0) for name in CLIPS)
+"""Motions of other people, which no study knows either."""
 SIP6 = ("pelvis", "head", "left_forearm", "right_forearm", "left_shank", "right_shank")
 """Boards of the standard suit at the Sparse Inertial Poser's places (von Marcard 2017)."""
 ENDS = ("pelvis", "head", "left_hand", "right_hand", "left_foot", "right_foot")
@@ -59,8 +66,11 @@ class Plan:
         out: dict[Cell, None] = {}
         if "six" in parts:
             out |= dict.fromkeys(self.cell(s, k) for s in ("sip6", "chosen") for k in seeds)
+        few = range(min(self.arguments.seeds, 5))
+        if "clips" in parts:
+            pairs = [(s, c) for c in OTHERS for s in ("sip6", "chosen")]
+            out |= dict.fromkeys(self.cell(s, k, c) for s, c in pairs for k in few)
         if "hands" in parts:
-            few = range(min(self.arguments.seeds, 5))
             out |= dict.fromkeys(self.cell(s, k) for s in ("sip6", "ends") for k in few)
         if "random" in parts:
             out |= dict.fromkeys(self.cell(n, 0) for n in ("chosen", *self.random_names()))
@@ -68,7 +78,6 @@ class Plan:
             names = self.random_names()[: self.arguments.correlated]
             out |= dict.fromkeys(self.cell(n, 0) for n in names)
         if "sources" in parts:
-            few = range(min(self.arguments.seeds, 5))
             out |= dict.fromkeys(
                 self.cell(s, k) for s in ("eight_sources", "four_sources") for k in few
             )
@@ -78,11 +87,12 @@ class Plan:
         """Names of the random placements."""
         return tuple(f"random{i}" for i in range(self.arguments.random))
 
-    def cell(self, suit: str, seed: int) -> Cell:
-        """One reconstruction of the test motion."""
+    def cell(self, suit: str, seed: int, clip: Clip | None = None) -> Cell:
+        """One reconstruction; of the test motion, if no other is named."""
         boards, sources = self.suit(suit)
         a = self.arguments
-        return Cell(self.test, devices(boards), devices(sources), "field", seed, a.root, a.rate)
+        sites = devices(boards), devices(sources)
+        return Cell(clip or self.test, *sites, "field", seed, a.root, a.rate)
 
     def suit(self, name: str) -> tuple[tuple, tuple]:
         """Boards and sources by name."""

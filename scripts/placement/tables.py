@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from estimate_store import Store
 
-from placement.plan import Plan
+from placement.cells import Clip
+from placement.plan import OTHERS, Plan
 
 _MOST_OF_SIP, _LEAST_CORRELATION, _MOST_LOSS = 0.8, 0.8, 0.10
 
@@ -13,16 +14,18 @@ _MOST_OF_SIP, _LEAST_CORRELATION, _MOST_LOSS = 0.8, 0.8, 0.10
 def report(plan: Plan, store: Store) -> str:
     """All parts asked for as Markdown."""
     parts = {
-        "six": _six, "random": _random, "hands": _hands, "correlation": _correlation,
-        "sources": _sources,
+        "six": _six, "clips": _clips, "random": _random, "hands": _hands,
+        "correlation": _correlation, "sources": _sources,
     }  # fmt: skip
     chosen = [parts[p](plan, store) for p in parts if p in plan.arguments.parts]
     return "\n\n".join(["# Sensor placement", *chosen]) + "\n"
 
 
-def _errors(plan: Plan, store: Store, suit: str, seeds: range) -> np.ndarray:
+def _errors(
+    plan: Plan, store: Store, suit: str, seeds: range, clip: Clip | None = None
+) -> np.ndarray:
     """Mean joint position errors [cm] of the seeds that are done."""
-    found = [store.get(plan.cell(suit, k)) for k in seeds]
+    found = [store.get(plan.cell(suit, k, clip)) for k in seeds]
     return np.array([r["position_cm"]["mean"] for r in found if r is not None])
 
 
@@ -51,6 +54,29 @@ def _six(plan: Plan, store: Store) -> str:
         _line("chosen", other), "",
         _verdict(met, f"ratio {ratio:.2f}" if ratio is not None else "ratio") +
         f" (target at most {_MOST_OF_SIP})",
+    ])  # fmt: skip
+
+
+def _clips(plan: Plan, store: Store) -> str:
+    seeds = range(min(plan.arguments.seeds, 5))
+    rows, means = [], []
+    for clip in OTHERS:
+        pair = [_errors(plan, store, s, seeds, clip) for s in ("sip6", "chosen")]
+        if all(len(e) for e in pair):
+            means.append([e.mean() for e in pair])
+            one, other = (f"{e.mean():.2f} +- {e.std():.2f}" for e in pair)
+            ratio = means[-1][1] / means[-1][0]
+            rows.append(f"| {clip.label} | {one} | {other} | {ratio:.2f} | {len(pair[1])} |")
+    if not means:
+        return "## Clips of other people\n\n" + _verdict(None, "no clip is done")
+    one, other = np.mean(means, axis=0)
+    rows.append(f"| mean | {one:.2f} | {other:.2f} | {other / one:.2f} | |")
+    return "\n".join([
+        "## Clips of other people", "",
+        "| clip | sip6_head [cm] | chosen [cm] | ratio | seeds |",
+        "| --- | --- | --- | --- | --- |", *rows, "",
+        _verdict(bool(other / one <= _MOST_OF_SIP),
+                 f"ratio {other / one:.2f} (target at most {_MOST_OF_SIP})"),
     ])  # fmt: skip
 
 
