@@ -68,9 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--wire", type=positive_float, metavar="M", help="longest total wire, along the body"
     )
-    parser.add_argument(
-        "--hub", default="Pelvis", metavar="SEGMENT", help="where wires end (Pelvis)"
-    )
+    parser.add_argument("--hub", metavar="SEGMENT", help="where the wires of --wire end (Pelvis)")
     parser.add_argument(
         "--distance", type=number_between(0, 1), default=0.05, metavar="M",
         help="least distance between two sensors (0.05)",
@@ -132,6 +130,8 @@ def _check_choices(arguments: argparse.Namespace) -> None:
     ):  # fmt: skip
         if getattr(arguments, option) not in valid:
             raise unknown_choice(f"--{option}", what, getattr(arguments, option), valid)
+    if arguments.hub is not None and arguments.wire is None:
+        raise UsageError("--hub: nothing without --wire, the longest total length of wire")
     if arguments.most is not None and arguments.most < arguments.number:
         raise UsageError(f"--most {arguments.most}: must be {arguments.number} (--number) or more")
 
@@ -148,6 +148,12 @@ def _check_segments(options: PlacementOptions, body: Body) -> None:
         for name in names:
             if name not in segments:
                 raise unknown_choice(option, "segment", name, segments)
+    if constraints.wire_m is not None:
+        from mocap_jax.simulation.anatomy import anatomy_of
+
+        known = anatomy_of(body).segments
+        if constraints.hub not in known:
+            raise unknown_choice("--hub", "segment", constraints.hub, known)
     if options.sensors > len(segments):
         raise UsageError(
             f"--number {options.sensors}: more than the {len(segments)} segments that may carry "
@@ -171,7 +177,7 @@ def _options(arguments: argparse.Namespace) -> PlacementOptions:
             symmetric=arguments.symmetric,
             costs=_costs(arguments.cost or []),
             budget=arguments.budget,
-            hub=arguments.hub,
+            hub=arguments.hub or Constraints().hub,
             wire_m=arguments.wire,
             distance_m=arguments.distance,
         ),

@@ -40,6 +40,8 @@ def test_study_is_written(tmp_path: Path, capsys: pytest.CaptureFixture):
         (["walking", "--objective", "B"], 2, "objective 'B'"),
         (["walking", "--cost", "Head"], 2, "--cost Head: expected SEGMENT=COST"),
         (["walking:2-3", "--allow", "Tail"], 2, "--allow: unknown segment 'Tail'"),
+        (["walking:2-3", "--hub", "Tail", "--wire", "3"], 2, "--hub: unknown segment 'Tail'"),
+        (["walking:2-3", "--hub", "Pelvis"], 2, "--hub: nothing without --wire"),
         (["walking:2-3", "-n", "40"], 2, "--number 40: more than the 21 segments"),
     ],
 )
