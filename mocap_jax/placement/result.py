@@ -26,6 +26,8 @@ class Placement:
     """Of the criterion."""
     expected_cm: dict[str, float]
     """Root mean square error of each joint centre relative to the root, over all motions."""
+    expected_deg: dict[str, float]
+    """The same of each segment's orientation relative to the root segment."""
 
     @property
     def mean_cm(self) -> float:
@@ -33,9 +35,13 @@ class Placement:
         return float(np.mean(list(self.expected_cm.values())))
 
     @property
-    def worst(self) -> str:
-        """The joint of the largest expected error."""
-        return max(self.expected_cm, key=self.expected_cm.__getitem__)
+    def mean_deg(self) -> float:
+        """Mean of the segments' expected errors [deg]."""
+        return float(np.mean(list(self.expected_deg.values())))
+
+    def expected(self, quantity: str) -> dict[str, float]:
+        """Expected errors of a quantity [cm] or [deg]."""
+        return self.expected_cm if quantity == "position" else self.expected_deg
 
 
 @dataclass(frozen=True)
@@ -45,7 +51,12 @@ class CurvePoint:
     sensors: int
     segments: tuple[str, ...]
     mean_cm: float
+    mean_deg: float
     exhaustive: bool
+
+    def mean(self, quantity: str) -> float:
+        """Mean expected error of a quantity [cm] or [deg]."""
+        return self.mean_cm if quantity == "position" else self.mean_deg
 
 
 @dataclass(frozen=True)
@@ -63,6 +74,11 @@ class PlacementStudy:
     """Of the choice of segments, at the middles of their patches."""
     options: PlacementOptions
     seconds: float
+
+    @property
+    def unit(self) -> str:
+        """Of what the study asks for."""
+        return "cm" if self.options.quantity == "position" else "deg"
 
     @property
     def best(self) -> Placement:

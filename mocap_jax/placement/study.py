@@ -142,12 +142,7 @@ class _Study:
                 f"distance_m {self.options.constraints.distance_m:g}: no two sensors less apart, "
                 "but the segments of the best choices cannot keep them so far from each other"
             )
-        points = tuple(
-            CurvePoint(
-                n, self._names(s), self._placement(s, self._middles(s)).mean_cm, f.exhaustive
-            )
-            for n, (s, f) in curve.items()
-        )
+        points = tuple(self._point(n, *found) for n, found in curve.items())
         return PlacementStudy(
             self.body, tuple(s.name for s in self.criterion.scenes),
             tuple(sorted(placements, key=lambda p: p.value)), points, certificate, self.options,
@@ -163,6 +158,12 @@ class _Study:
             if chosen:
                 raise
             return None
+
+    def _point(self, count: int, subset: Subset, certificate: Certificate) -> CurvePoint:
+        found = self._placement(subset, self._middles(subset))
+        return CurvePoint(
+            count, found.segments, found.mean_cm, found.mean_deg, certificate.exhaustive
+        )
 
     def _names(self, subset: Subset) -> tuple[str, ...]:
         return tuple(self.patches[i].segment for i in subset)
@@ -205,11 +206,14 @@ class _Study:
         patches = tuple(self.patches[i] for i in subset)
         evaluation = value_of(self.criterion, patches, places, self.most)
         joints = self.criterion.scenes[0].joints
-        rms = 100 * np.sqrt(evaluation.variance.mean(0))
+        cm, deg = (
+            unit * np.sqrt(self.criterion.variance_of(evaluation, quantity).mean(0))
+            for quantity, unit in (("position", 100.0), ("orientation", 180 / np.pi))
+        )
         boards = tuple(mounting_at(p, x) for p, x in zip(patches, places, strict=True))
         return Placement(
             self._names(subset), np.asarray(places), Suit(boards), evaluation.value,
-            dict(zip(joints, map(float, rms), strict=True)),
+            *(dict(zip(joints, map(float, x), strict=True)) for x in (cm, deg)),
         )  # fmt: skip
 
 
