@@ -27,7 +27,7 @@ class Certificate:
     def sentence(self) -> str:
         """For people."""
         if self.exhaustive:
-            return f"best of all {self.evaluated} choices of segments (exhaustive search)"
+            return f"best of all {self.evaluated} choices (exhaustive search)"
         found = (
             f"best of {self.evaluated} choices evaluated, no exchange of one segment found better"
         )
