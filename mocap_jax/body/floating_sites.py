@@ -58,7 +58,15 @@ def with_floating_sites(body: Body, sites: Sequence[int]) -> Body:
 
 def floating_dofs(body: Body) -> np.ndarray:
     """Indices in v of the displacements of floating sites."""
-    topology = body.topology
+    return _floating(body.topology)
+
+
+def joint_dofs(topology: Topology) -> np.ndarray:
+    """Indices in v of the body's joints: neither roots nor displacements of floating sites."""
+    return np.setdiff1d(np.flatnonzero(~topology.root_dofs), _floating(topology))
+
+
+def _floating(topology: Topology) -> np.ndarray:
     chosen = [n.startswith(_PREFIX) for n in topology.joint_names]
     return topology.joint_dof[np.array(chosen, bool)] if any(chosen) else np.zeros(0, int)
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from mocap_jax.cli.exit_codes import UsageError
 from mocap_jax.cli.motion_choice import chosen_motion
 from mocap_jax.cli.people_frequencies import FREQUENCIES, tuned
+from mocap_jax.cli.simulation_choices import simulation_options
 from mocap_jax.errors import InputError
 
 if TYPE_CHECKING:
@@ -98,7 +99,7 @@ def people(arguments: argparse.Namespace, first: Motion, suit_of: SuitOf) -> tup
 
     motions = dict(zip(NAMES, [first, *_others(arguments)], strict=False))
     motions = {name: replace(m, body=with_shapes(m.body)) for name, m in motions.items()}
-    motions = _of_one_rate(motions)
+    motions = _of_one_rate(motions, simulation_options(arguments).fastest_joint)
     suits = {n: suit_of(arguments, m.body) or default_suit(m.body) for n, m in motions.items()}
     anchors = suits["a"].anchors  # they stand in the world, once
     suits = {name: replace(suit, anchors=()) for name, suit in suits.items()}
@@ -122,11 +123,11 @@ def _others(arguments: argparse.Namespace) -> list[Motion]:
     return motions
 
 
-def _of_one_rate(motions: dict[str, Motion]) -> dict[str, Motion]:
+def _of_one_rate(motions: dict[str, Motion], fastest_joint: float) -> dict[str, Motion]:
     """All at the lowest of their frame rates; prints whose was changed."""
     from mocap_jax.simulation import frame_rate, same_rate
 
-    out = same_rate(motions)
+    out = same_rate(motions, fastest_joint)
     for name, motion in motions.items():
         if out[name] is not motion:
             print(

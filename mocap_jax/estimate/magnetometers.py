@@ -12,7 +12,7 @@ from mocap_jax.body import Body, site_frames
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.inputs import measured_kinds
-from mocap_jax.estimate.magnetic_heading import field_at, magnetic_heading
+from mocap_jax.estimate.magnetic_heading import MagneticReadings, field_at, magnetic_readings
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.initialise import RestEstimate, rest_pose
 from mocap_jax.recording import Recording
@@ -21,32 +21,26 @@ from mocap_jax.recording import Recording
 _FIRST = 1.0
 
 
-def as_residual(
+def sequence_readings(
     recording: Recording,
     body: Body,
     options: OptimiseOptions,
     time: Float[np.ndarray, "t"],
-    user_data: tuple,
     *,
     root_given: bool,
-) -> tuple[OptimiseOptions, tuple]:
-    """Options and user data of the optimiser with kind `M` as a residual; as they are without it.
+) -> MagneticReadings | None:
+    """What the whole-sequence problem reads of magnetometers; None without kind `M`.
 
     Raises:
-        InputError: kind `M` without magnetic streams or with figures not above zero.
+        InputError: kind `M` without magnetic streams, or north neither stated nor seen.
     """
     if "M" not in options.kinds:
-        return options, user_data
+        return None
     _check(recording)
     north = options.magnetic_north
     if north is None:
         north = north_at_rest(recording, body, rest_pose(recording, body, use_root=root_given))
-    residual, rows = magnetic_heading(
-        recording, body, time, north=north, sensors=_worn(recording), sigma=options.magnetic_sigma,
-        correlation_time=options.magnetic_time,
-    )  # fmt: skip
-    users = (*options.user_residuals, residual)
-    return dataclasses.replace(options, user_residuals=users), (*user_data, rows)
+    return magnetic_readings(recording, body, time, north=north, sensors=_worn(recording))
 
 
 def frame_fields(

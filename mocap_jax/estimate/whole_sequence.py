@@ -11,12 +11,12 @@ import numpy as np
 
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError, SolveError
-from mocap_jax.estimate import magnetometers
 from mocap_jax.estimate.background import wait_for
 from mocap_jax.estimate.compile_clock import CompileClock
 from mocap_jax.estimate.constant_names import constants_from
 from mocap_jax.estimate.initial_guess import at_rest, first_guess, on_grid
 from mocap_jax.estimate.inputs import body_of, measures_orientation, uses_root
+from mocap_jax.estimate.magnetometers import sequence_readings
 from mocap_jax.estimate.orientation_options import OrientationPassOptions
 from mocap_jax.estimate.orientation_pass import orientation_pass
 from mocap_jax.estimate.rest_tilt import gather_with_rest
@@ -85,12 +85,12 @@ def solve_sequence(
             body = on_skin(own, recording)
         root_given = uses_root(recording, options.root)
         data = gather_with_rest(recording, body, options, root=root_given)
-        options, user_data = magnetometers.as_residual(
-            recording, body, options, np.asarray(data.time), user_data, root_given=root_given
+        magnetic = sequence_readings(
+            recording, own, options, np.asarray(data.time), root_given=root_given
         )
         built = build(
             data, body, recording.setup, options, root_given=root_given, user_data=user_data,
-            inertial=_all_inertial(recording, body, options),
+            inertial=_all_inertial(recording, body, options), magnetic=magnetic,
         )  # fmt: skip
         run = Run(recording, body, data, built, options)
         if initial is None:

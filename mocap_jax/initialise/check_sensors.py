@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
 from mocap_jax.body import Body, load_body
 from mocap_jax.errors import InputError
-from mocap_jax.initialise.fault_groups import grouped_faults
 from mocap_jax.initialise.neighbour_check import cycles
 from mocap_jax.initialise.quaternion_order import misread_boards, misread_root
+from mocap_jax.initialise.reading_series import series_of
 from mocap_jax.initialise.rest_options import RestOptions
 from mocap_jax.initialise.sensor_assignment import (
     TURNED,
@@ -20,9 +20,11 @@ from mocap_jax.initialise.sensor_assignment import (
     exchanged,
     tilts,
 )
+from mocap_jax.initialise.sensor_check import SensorCheck
 from mocap_jax.initialise.sensor_evidence import Evidence, gather_evidence, world_rates
 from mocap_jax.initialise.sensor_units import gravity_faults, rate_factors
 from mocap_jax.initialise.still import find_still
+from mocap_jax.initialise.unit_faults import unit_faults
 from mocap_jax.recording import Recording
 
 # Tilt beyond which a board counts as upside down or of reversed sign [rad].
@@ -31,82 +33,10 @@ _REVERSED = np.deg2rad(140.0)
 _FAR = 0.3
 # A gyroscope that never departs from its mean at rest by more has no signal [rad/s].
 _DEAD = 1e-6
-
-
-@dataclass(frozen=True)
-class SensorCheck:
-    """What `check_sensors` found."""
-
-    faults: dict[str, tuple[str, ...]]
-    """Sensor -> what seems wrong with its units, scale or mounting, in sentences."""
-    exchanged: tuple[tuple[str, ...], ...] = ()
-    """Groups of sensors that seem swapped: each fits the place of the next in its group, and the
-    last that of the first."""
-    measures: dict[str, dict[str, float]] = field(default_factory=dict)
-    """Sensor -> `gravity` [m/s^2] and `tilt_deg` (from the declared pose and mounting) at rest,
-    `distance_error` (mean, at rest [m]), `rate_misfit` [m/s^2] (see `rate_factors`); NaN where
-    there is nothing to tell."""
-    remarks: tuple[str, ...] = ()
-    """What could not be checked, and why."""
-    inertial_only: tuple[tuple[str, ...], ...] = ()
-    """Those groups of `exchanged` whose distances fit where they are: only the inertial data are
-    exchanged, as by swapped cables."""
-    ranges_only: tuple[tuple[str, ...], ...] = ()
-    """Those whose inertial data fit where they are: only the distances are exchanged."""
-    root: str | None = None
-    """What seems wrong with the measured root's orientation."""
-
-    @property
-    def findings(self) -> dict[str, tuple[str, ...]]:
-        """Sensor -> all that seems wrong with it; empty for a sensor without a finding."""
-        out = {name: list(texts) for name, texts in self.faults.items()}
-        for group in self.exchanged:
-            for name, place in zip(group, (*group[1:], group[0]), strict=True):
-                part = self._part(group)
-                what = f"{part[0]} look swapped: they fit" if part else "looks swapped: it fits"
-                out[name].insert(0, f"{what} the place of {place} clearly better")
-        return {name: tuple(texts) for name, texts in out.items()}
-
-    def _part(self, group: tuple[str, ...]) -> tuple[str, str, str] | None:
-        """What of these sensors is exchanged, what is not, and how; None for all of them."""
-        if group in self.inertial_only:
-            how = "cables or names exchanged, or a gyroscope at fault?"
-            return "inertial data", "distances", how
-        if group in self.ranges_only:
-            return (
-                "distances",
-                "inertial data",
-                "cables or names of ultrasonic receivers exchanged?",
-            )
-        return None
-
-    @property
-    def ok(self) -> bool:
-        """Whether nothing seems wrong."""
-        return not self.exchanged and not any(self.faults.values()) and self.root is None
-
-    @property
-    def sentences(self) -> tuple[str, ...]:
-        """All findings, each once, with the sensors named."""
-        lines = []
-        for group in self.exchanged:
-            chain = [f"{a} fits the place of {b}" for a, b in zip(group, (*group[1:], group[0]),
-                                                                  strict=True)]  # fmt: skip
-            why = "each fits the other's place better" if len(group) == 2 else ", ".join(chain)
-            swapped = " and ".join(group)
-            if part := self._part(group):
-                lines.append(
-                    f"The {part[0]} of sensors {swapped} look swapped: {why}. Their {part[1]} "
-                    f"fit where they are ({part[2]})."
-                )
-            else:
-                lines.append(f"Sensors {swapped} look swapped: {why}.")
-        root = () if self.root is None else (f"The measured root: {self.root}.",)
-        return (*lines, *grouped_faults(self.faults), *root)
-
-    def __str__(self) -> str:
-        lines = self.sentences or ("No sensor looks swapped, turned or of wrong unit.",)
-        return "\n".join([*lines, *self.remarks])
+_UNRESTED = (
+    "Sensors were not compared with the body's pose nor with each other: no rest hold is declared, "
+    "and the start is not still."
+)
 
 
 def check_sensors(
@@ -123,7 +53,9 @@ def check_sensors(
     with both: quaternions of another order are named. Mounting and pose
     errors of a few degrees a joint, lengths wrong by a few per cent and places wrong by
     centimetres are normal and not reported. What cannot show in the readings is not found: a board
-    turned about the vertical at rest, a gyroscope's sign on a segment that hardly turns.
+    turned about the vertical at rest, a gyroscope's sign on a segment that hardly turns. Where the
+    start moves, units of accelerometers, those of gyroscopes after a later rest, and orders of
+    quaternions are all that is looked for.
 
     Args:
         recording: measured streams and their set-up.
@@ -141,12 +73,18 @@ def check_sensors(
         return SensorCheck({}, remarks=("No inertial sensors to check.",))
     still = find_still(recording, options)
     if not still.still:
-        return SensorCheck(
-            dict.fromkeys(recording.inertial, ()),
-            remarks=("Sensors were not checked: no rest hold is declared, and the start is not "
-                     "still.",),
-        )  # fmt: skip
+        return _with_order(_moving(recording, body), recording, body)
     return _with_order(_checked(gather_evidence(recording, body, still), body), recording, body)
+
+
+def _moving(recording: Recording, body: Body) -> SensorCheck:
+    """What shows without a rest at the start: units and orders of quaternions."""
+    series = {name: series_of(stream) for name, stream in recording.inertial.items()}
+    with np.errstate(invalid="ignore", divide="ignore"):
+        found = unit_faults(recording, series, float(np.linalg.norm(np.asarray(body.gravity))))
+    faults = {n: tuple(texts) for n, texts in found.faults.items()}
+    check = SensorCheck(faults, (), found.measures, (_UNRESTED, *found.remarks))
+    return _with_order(check, recording, body)
 
 
 def _with_order(check: SensorCheck, recording: Recording, body: Body) -> SensorCheck:

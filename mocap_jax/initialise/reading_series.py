@@ -14,11 +14,17 @@ _RATE_HZ, _LONGEST = 25.0, 240.0
 _WINDOW = 1.0
 # A window rests when its specific force varies by less than this share of its median norm.
 _REST = 0.02
+# At rest a board turns so little, as a share of the mean square of its rate over the recording, and
+# not more than so many times as much as in the quietest of its windows: feet and shanks that turn
+# steadily about the vertical feel an even force, too.
+_TURNING, _QUIETEST = 0.04, 4.0
 # Free accelerations come near zero time and again, specific forces do not: 5 % quantile of the
 # norm, as a share of the median.
 _FREE = 0.3
-# Gravity may be off by this share where no rest shows it.
-_MOVING = 0.35
+# Gravity may be off by this factor where no rest shows it: feet that land feel more.
+_MOVING = 1.7
+STANDARD_GRAVITY = 9.80665
+"""[m/s^2]"""
 
 
 class Series(NamedTuple):
@@ -52,7 +58,9 @@ def series_of(stream: InertialStream) -> Series:
     )
 
 
-def rest_force(series: Series) -> tuple[Float[np.ndarray, "3"], int | None]:
+def rest_force(
+    series: Series, gravity: float = STANDARD_GRAVITY
+) -> tuple[Float[np.ndarray, "3"], int | None]:
     """Mean specific force at rest and the step at which the rest ends.
 
     Without a rest the step is None, and the force is one of the size that gravity seems to have:
@@ -67,11 +75,27 @@ def rest_force(series: Series) -> tuple[Float[np.ndarray, "3"], int | None]:
     if low < _FREE * median:
         return np.array([0.0, 0.0, 0.3 * low]), None
     mean, spread = _window_moments(force, window)
-    still = np.flatnonzero(spread < _REST * median)
+    still = _turning_least(series.rate, window, np.flatnonzero(spread < _REST * median))
     if still.size:
         return mean[still[0]], int(still[0]) + window
-    usual = abs(median / 9.80665 - 1) < _MOVING
+    usual = gravity / _MOVING < median < gravity * _MOVING
     return np.array([0.0, 0.0, np.nan if usual else median]), None
+
+
+def _turning_least(
+    rate: Float[np.ndarray, "n 3"], window: int, still: np.ndarray
+) -> Float[np.ndarray, "m"]:
+    """Those of the windows of even force in which the board turns least; none if it turns in all.
+
+    Whatever the rates' unit and offset; a recording that is still for the most part rests.
+    """
+    if not still.size or not np.isfinite(rate).any():
+        return still
+    turning = ((rate - np.nanmedian(rate, axis=0)) ** 2).sum(axis=1)
+    each = np.lib.stride_tricks.sliding_window_view(turning, window).mean(axis=-1)[still]
+    each = np.where(np.isfinite(each), each, np.inf)
+    moves = 2 * still.size < len(rate) and each.min() > _TURNING * np.nanmean(turning)
+    return still[:0] if moves else still[each <= _QUIETEST * each.min()]
 
 
 def _window_moments(values: np.ndarray, window: int) -> tuple[np.ndarray, np.ndarray]:

@@ -13,7 +13,7 @@ For the trace it follows from 1/tr(A H^-1 A') = min tr(Y'HY) over Y with tr(AY) 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax
 import jax.numpy as jnp
@@ -50,15 +50,22 @@ class Evaluation:
     value: float
     """Of the criterion, over all motions."""
     variance: Float[np.ndarray, "motions j"]
-    """Expected squared error of each joint centre relative to the root [m^2]."""
+    """Expected squared error of each joint centre relative to the root [m^2], or of each segment's
+    orientation [rad^2] if `PlacementOptions.quantity` says so."""
     directions: tuple[tuple[np.ndarray, np.ndarray], ...]
     """Per motion, scaled y = H^-1 x: the value's change is minus the sum of their energies."""
     posteriors: tuple[Posterior, ...]
 
     @property
     def rms_cm(self) -> float:
-        """Mean over motions and joints of the expected error's root mean square [cm]."""
+        """Mean over motions and joints of the expected error's root mean square [cm]; of joint
+        centres (quantity `position`)."""
         return float(100 * np.sqrt(self.variance).mean())
+
+    @property
+    def rms_deg(self) -> float:
+        """The same of orientations [deg] (quantity `orientation`)."""
+        return float(np.rad2deg(np.sqrt(self.variance)).mean())
 
 
 class Criterion:
@@ -66,10 +73,30 @@ class Criterion:
 
     def __init__(self, scenes: tuple[Scene, ...], options: PlacementOptions) -> None:
         self.scenes, self.options = scenes, options
-        self._right = tuple(
-            right_hand_sides(s, options, np.random.default_rng((options.search.seed, i)))
-            for i, s in enumerate(scenes)
+        self._right = self._right_hand_sides(options.quantity)
+
+    def _right_hand_sides(self, quantity: str) -> tuple[np.ndarray, ...]:
+        """The same random signs whatever is asked for."""
+        seed = self.options.search.seed
+        return tuple(
+            right_hand_sides(
+                replace(s, quantity=quantity), self.options, np.random.default_rng((seed, i))
+            )
+            for i, s in enumerate(self.scenes)
         )
+
+    def variance_of(self, evaluation: Evaluation, quantity: str) -> Float[np.ndarray, "motions j"]:
+        """Expected squared errors of any quantity under an evaluated placement [m^2, rad^2]."""
+        if quantity == self.options.quantity:
+            return evaluation.variance
+        out = []
+        for posterior, right in zip(
+            evaluation.posteriors, self._right_hand_sides(quantity), strict=True
+        ):
+            x, _ = posterior.solve(right)
+            quadratic = np.einsum("tvp,tvp->p", right, x)
+            out.append(quadratic.reshape(-1, self.options.probes).mean(1))
+        return np.array(out)
 
     def evaluate(self, boards: Boards) -> Evaluation:
         """Expected errors under a placement."""
@@ -162,7 +189,7 @@ class Criterion:
 def estimator_risk(
     scene: Scene, posterior: Posterior, right: Float[np.ndarray, "t nv j*p"]
 ) -> Float[np.ndarray, "j"]:
-    """Expected squared error [m^2] of each joint centre in this very motion.
+    """Expected squared error [m^2] of each joint centre in this very motion (or [rad^2]).
 
     The posterior variance is a mean over motions that the prior allows. In one motion, noise alone
     goes through the estimator's gain, and the priors' pull away from it is a bias:

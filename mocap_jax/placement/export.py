@@ -28,6 +28,7 @@ def study_record(study: PlacementStudy) -> dict[str, object]:
     return {
         "motions": list(study.motions),
         "objective": study.options.objective,
+        "quantity": study.options.quantity,
         "root": study.options.root,
         "seconds": study.seconds,
         "certificate": {
@@ -42,6 +43,7 @@ def study_record(study: PlacementStudy) -> dict[str, object]:
                 "segments": list(p.segments),
                 "value": p.value,
                 "expected_position_error_cm": {**p.expected_cm, "mean": p.mean_cm},
+                "expected_orientation_error_deg": {**p.expected_deg, "mean": p.mean_deg},
                 "boards": [
                     {"name": b.name, "segment": b.segment, "position": list(b.position),
                      "orientation": list(b.orientation)}
@@ -52,7 +54,8 @@ def study_record(study: PlacementStudy) -> dict[str, object]:
         ],
         "curve": [
             {"sensors": c.sensors, "segments": list(c.segments),
-             "expected_position_error_mean_cm": c.mean_cm, "exhaustive": c.exhaustive}
+             "expected_position_error_mean_cm": c.mean_cm,
+             "expected_orientation_error_mean_deg": c.mean_deg, "exhaustive": c.exhaustive}
             for c in study.curve
         ],
     }  # fmt: skip

@@ -17,6 +17,8 @@ SENSOR_KINDS = ("A", "G", "AG")
 
 OVER = ("mean", "worst")
 """How errors of several motions make one."""
+QUANTITIES = ("position", "orientation")
+"""Of joint centres, relative to the root; of segments, relative to the root segment."""
 ROOTS = ("given", "free")
 """Whether the root pose is measured."""
 
@@ -117,8 +119,11 @@ class PlacementOptions:
     """Over motions: the mean, or the worst of them."""
     root: Literal["given", "free"] = "given"
     """Whether the root pose is measured, as `simulate` does and `reconstruct` then uses."""
+    quantity: Literal["position", "orientation"] = "position"
+    """Errors of joint centres, relative to the root, or of segments' orientations, relative to the
+    root segment. (D is of all unknowns together.)"""
     joints: tuple[str, ...] = ()
-    """Segments whose joint centres count; empty means all (fingers of the foot included)."""
+    """Segments whose joint centres, or orientations, count; empty means all (toes included)."""
     habits: Literal["motions", "estimator"] = "motions"
     """How far and how fast joints move when no sensor sees them: as the study's motions do, or as
     the estimator's weak priors say, which allow more than people do."""
@@ -138,6 +143,8 @@ class PlacementOptions:
             raise unknown_name("objective", self.objective, OBJECTIVES)
         if self.over not in OVER:
             raise unknown_name("over", self.over, OVER)
+        if self.quantity not in QUANTITIES:
+            raise unknown_name("quantity", self.quantity, QUANTITIES)
         if self.root not in ROOTS:
             raise unknown_name("root", self.root, ROOTS)
         if self.habits not in ("motions", "estimator"):

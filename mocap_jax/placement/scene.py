@@ -23,8 +23,10 @@ from scipy.ndimage import uniform_filter1d
 from mocap_jax.body import Body, Frames, frames
 from mocap_jax.errors import InputError
 from mocap_jax.motion import Motion
+from mocap_jax.placement.kinematics import Kinematics
 from mocap_jax.placement.options import PlacementOptions
 from mocap_jax.placement.prior import Habits, Prior, habits_of, prior_of
+from mocap_jax.placement.targets import Targets, targets_of
 from mocap_jax.simulation import SimulationOptions
 from mocap_jax.simulation.rest_hold import Performance, perform
 
@@ -35,30 +37,6 @@ _MEMORY = 0.2
 _STRETCH = 64
 # Length of the rest hold [s]: longer ones tell little more.
 _REST = 0.5
-
-
-@jax.tree_util.register_dataclass
-@dataclass(frozen=True)
-class Kinematics:
-    """Frames of t grid times; padded beyond the motion's end, where `present` is 0."""
-
-    rotation: Float[Array, "t b 3 3"]
-    position: Float[Array, "t b 3"]
-    angular: Float[Array, "t nv 3"]
-    linear: Float[Array, "t nv 3"]
-    """World screws about the world's origin."""
-    rate: Float[Array, "t b 3"]
-    """Angular velocity, body frame [rad/s]."""
-    force: Float[Array, "t b 3 4"]
-    """(c, N): specific force of a point from (1, s), body frame."""
-    jerk: Float[Array, "t b 4 4"]
-    """Local mean square of its rate of change."""
-    turn: Float[Array, "t b"]
-    """Local mean of the squared angular acceleration [rad^2/s^4]."""
-    spin: Float[Array, "t b"]
-    """Local mean of the fourth power of the rate."""
-    present: Float[Array, "t"]
-    step: Float[Array, ""]
 
 
 @dataclass(frozen=True)
@@ -72,10 +50,15 @@ class Scene:
     """Frames that are no padding."""
     prior: Prior
     poses: Float[np.ndarray, "t nq"]
-    target: Float[np.ndarray, "j t 3 nv"]
-    """Derivative of each joint centre's position relative to the root's by the pose, times the
-    root of the frame's share in the mean (zero in rest hold and blend)."""
+    targets: Targets
     joints: tuple[str, ...]
+    quantity: str
+    """What the study asks for, one of the targets."""
+
+    @property
+    def target(self) -> Float[np.ndarray, "j t 3 nv"]:
+        """Derivatives of what the study asks for."""
+        return self.targets[self.quantity]
 
 
 def scenes_of(
@@ -133,10 +116,10 @@ def _scene(
     time = (np.arange(count) + 0.5) / rate
     kinematics = _kinematics(body, performance, time, longest)
     scored = (time >= performance.score_from).astype(float)
-    names, target = _target(body, kinematics, scored, options.joints)
+    names, targets = targets_of(body, kinematics, scored, options.joints)
     q = performance.spline(body.topology).pose(time)
     prior = prior_of(body, q, time, performance.rest, options, habits)
-    return Scene(name, body, kinematics, count, prior, q, target, names)
+    return Scene(name, body, kinematics, count, prior, q, targets, names, options.quantity)
 
 
 def _kinematics(body: Body, performance: Performance, time: np.ndarray, longest: int) -> Kinematics:
@@ -192,32 +175,3 @@ def _moving(R: np.ndarray, p: np.ndarray, gravity: np.ndarray, step: float) -> t
     window = 2 * round(_MEMORY / (2 * step)) + 1
     local = lambda x: uniform_filter1d(x, window, axis=0, mode="nearest")  # noqa: E731
     return rate, force, local(jerk), local(alpha), local(spin)
-
-
-def _target(
-    body: Body, k: Kinematics, scored: np.ndarray, chosen: tuple[str, ...]
-) -> tuple[tuple[str, ...], np.ndarray]:
-    """Joint centres that count, and their scaled derivatives."""
-    topology = body.topology
-    inner = [b for b in range(1, topology.nbody) if topology.body_parent[b] != 0]
-    names = tuple(topology.body_names[b] for b in inner)
-    for name in chosen:
-        if name not in names:
-            raise InputError(f"joints '{name}': unknown; valid: {', '.join(names)}")
-    kept = [(b, n) for b, n in zip(inner, names, strict=True) if not chosen or n in chosen]
-    root, count = 1, len(scored)
-    share = np.sqrt(scored / max(scored.sum(), 1.0))
-    position, angular, linear = (np.asarray(x)[:count] for x in (k.position, k.angular, k.linear))
-    anchors = np.zeros((topology.nbody, 3))
-    for joint in reversed(range(topology.njoint)):
-        anchors[topology.joint_body[joint]] = np.asarray(body.joint_pos)[joint]
-    out = np.zeros((len(kept), count, 3, topology.nv))
-
-    def move(b: int, at: np.ndarray) -> np.ndarray:
-        return topology.body_dofs[b][None, :, None] * (linear + np.cross(angular, at[:, None, :]))
-
-    for i, (b, _) in enumerate(kept):
-        at = position[:, b] + np.asarray(k.rotation)[:count, b] @ anchors[b]
-        relative = move(b, at) - move(root, position[:, root])
-        out[i] = share[:, None, None] * np.swapaxes(relative, 1, 2)
-    return tuple(n for _, n in kept), out

@@ -15,6 +15,7 @@ from jaxtyping import Float
 from mocap_jax.placement.evaluation import Criterion, Evaluation
 from mocap_jax.placement.options import SearchOptions
 from mocap_jax.placement.rows import Boards
+from mocap_jax.placement.spacing import Resting, closest, crowding, kept_apart
 from mocap_jax.placement.surface import Patch, Surfaces
 
 # Spread of the random starts in the unbounded coordinates (half of a patch's area).
@@ -32,14 +33,8 @@ class Found:
     value: float
     history: tuple[float, ...]
     """Criterion at every step of the best start."""
-
-
-@dataclass(frozen=True)
-class Resting:
-    """Frames of segments in the reference pose, where distances are checked."""
-
-    rotation: Float[np.ndarray, "b 3 3"]
-    position: Float[np.ndarray, "b 3"]
+    closest: float
+    """Least distance between two sensors [m]."""
 
 
 def boards_on(
@@ -73,7 +68,7 @@ def refine(
         patches: one for each sensor.
         resting: reference pose.
         options: starts, steps, learning rate.
-        distance: least distance between two sensors [m].
+        distance: least distance between two sensors [m]; less only where no place keeps it.
         size: number of boards that evaluations are compiled for.
         report: called after every step.
     """
@@ -85,7 +80,8 @@ def refine(
         if start:
             free = _SPREAD * generator.standard_normal(free.shape)
         found = _descend(criterion, surfaces, resting, free, options, distance, size, report)
-        if best is None or found.value < best.value:
+        kept = found.closest >= distance
+        if best is None or (not kept, found.value) < (best.closest < distance, best.value):
             best = found
     assert best is not None
     return best
@@ -96,19 +92,21 @@ def _descend(
     options: SearchOptions, distance: float, size: int, report: Callable[[], object],
 ) -> Found:  # fmt: skip
     optimiser = optax.adam(options.learning_rate)
-    current = jnp.asarray(free)
+    bodies = np.array([p.body for p in surfaces.patches])
+    current = jnp.asarray(kept_apart(surfaces, resting, free, distance))
     state = optimiser.init(current)
-    best, best_cost, history = current, np.inf, []
+    best, best_rank, history = current, (True, np.inf), []
     for step in range(options.steps + 1):
         value, cost, slope = _cost_and_slope(criterion, surfaces, resting, current, distance, size)
         history.append(value)
         report()
-        if cost < best_cost:
-            best, best_cost, best_value = current, cost, value
+        near = closest(surfaces.points(surfaces.places(current)), bodies, resting)
+        if (rank := (near < distance, cost)) < best_rank:
+            best, best_rank, best_value, apart = current, rank, value, near
         if step < options.steps:
             change, state = optimiser.update(slope, state)
             current = jnp.clip(current + change, -4.0, 4.0)
-    return Found(np.asarray(surfaces.places(best)), best_value, tuple(history))
+    return Found(np.asarray(surfaces.places(best)), best_value, tuple(history), apart)
 
 
 def _cost_and_slope(
@@ -126,16 +124,6 @@ def _cost_and_slope(
     )
     (total,) = pull(jnp.asarray(slope) + push)
     return evaluation.value, float(np.log(evaluation.value) + penalty), total
-
-
-def crowding(
-    points: Float[Array, "n 3"], bodies: np.ndarray, resting: Resting, distance: float
-) -> Float[Array, ""]:
-    """Sum of squared shares by which sensors are closer than allowed; 0 where none is."""
-    world = resting.position[bodies] + jnp.einsum("nij,nj->ni", resting.rotation[bodies], points)
-    first, second = np.triu_indices(len(bodies), 1)
-    apart = jnp.sqrt(((world[first] - world[second]) ** 2).sum(-1) + 1e-12)
-    return (jnp.maximum(1 - apart / distance, 0.0) ** 2).sum() if distance > 0 else jnp.zeros(())
 
 
 def value_of(

@@ -21,6 +21,7 @@ from jaxtyping import Float
 from scipy.optimize import linprog
 
 from mocap_jax.errors import InputError, unknown_name
+from mocap_jax.placement.certificate import Certificate
 from mocap_jax.placement.options import Constraints
 
 Subset = tuple[int, ...]
@@ -31,35 +32,6 @@ _PLANES = 12
 
 
 @dataclass(frozen=True)
-class Certificate:
-    """What is known about the best choice of segments among the candidates' places."""
-
-    value: float
-    """Criterion of the choice."""
-    bound: float
-    """No choice has a smaller one."""
-    evaluated: int
-    """Choices evaluated exactly."""
-    exhaustive: bool
-    """All choices that the constraints allow were evaluated."""
-
-    @property
-    def gap(self) -> float:
-        """How much better the best choice may be, at most, relative to the value."""
-        return 1.0 - self.bound / self.value
-
-    @property
-    def sentence(self) -> str:
-        """For people."""
-        if self.exhaustive:
-            return f"best of all {self.evaluated} choices of segments (exhaustive search)"
-        return (
-            f"best of {self.evaluated} choices evaluated, no exchange of one segment found better; "
-            f"relaxation proves that none is better by more than {100 * self.gap:.0f} %"
-        )
-
-
-@dataclass(frozen=True)
 class Candidates:
     """Places that a sensor may take, one or more by segment, and what they cost."""
 
@@ -67,6 +39,19 @@ class Candidates:
     cost: Float[np.ndarray, "n"]
     wire: Float[np.ndarray, "n"]
     """Length of wire from the hub [m]."""
+    farthest: Float[np.ndarray, "n n"] | None = None
+    """How far two sensors can be from each other, at most [m]; None: far enough."""
+
+    def within(self, chosen: list[int], c: Constraints) -> bool:
+        """Whether cost, wire and distances keep to their limits."""
+        if c.budget is not None and self.cost[chosen].sum() > c.budget + 1e-9:
+            return False
+        if c.wire_m is not None and self.wire[chosen].sum() > c.wire_m + 1e-9:
+            return False
+        if self.farthest is None:
+            return True
+        pairs = np.triu_indices(len(chosen), 1)
+        return bool((self.farthest[np.ix_(chosen, chosen)][pairs] >= c.distance_m).all())
 
     def units(self, symmetric: bool) -> tuple[Subset, ...]:
         """Candidates that are chosen together: pairs of left and right if symmetric."""
@@ -136,9 +121,7 @@ class Selector:
         names = [self.candidates.segments[i] for i in chosen]
         if len(set(names)) < len(names) or not set(c.required) <= set(names):
             return False
-        if c.budget is not None and self.candidates.cost[chosen].sum() > c.budget + 1e-9:
-            return False
-        return c.wire_m is None or self.candidates.wire[chosen].sum() <= c.wire_m + 1e-9
+        return self.candidates.within(chosen, c)
 
     def _choices(self, count: int, limit: int) -> list[Subset] | None:
         """All feasible subsets, or None if there are more than the limit (times a safety)."""
@@ -184,7 +167,7 @@ class Selector:
             room = count - len(chosen)
             fitting = [u for u in units if not chosen & set(u) and len(u) <= room]
             options: list[Subset] = [tuple(sorted(chosen | set(u))) for u in fitting]
-            grown = [s for s in options if self._within_limits(s)]
+            grown = [s for s in options if self.candidates.within(list(s), self.constraints)]
             if not grown:
                 return []
             whole = [s for s in grown if len(s) == count]
@@ -195,11 +178,6 @@ class Selector:
             chosen = set(best)
         final = tuple(sorted(chosen))
         return [final] if len(final) == count and self.feasible(final) else []
-
-    def _within_limits(self, subset: Subset) -> bool:
-        c, chosen = self.constraints, list(subset)
-        cheap = c.budget is None or self.candidates.cost[chosen].sum() <= c.budget + 1e-9
-        return cheap and (c.wire_m is None or self.candidates.wire[chosen].sum() <= c.wire_m)
 
     def _rounded(self, count: int, weights: np.ndarray) -> list[Subset]:
         """The feasible subset of largest weights."""
@@ -212,7 +190,7 @@ class Selector:
         chosen: set[int] = set()
         for u in units:
             grown = tuple(sorted(chosen | set(u)))
-            if len(grown) <= count and self._within_limits(grown):
+            if len(grown) <= count and self.candidates.within(list(grown), self.constraints):
                 chosen |= set(u)
         subset = tuple(sorted(chosen))
         return [subset] if len(subset) == count and self.feasible(subset) else []

@@ -9,7 +9,7 @@ the simulator's own rays. Constants of sources (place, constant error of their r
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -85,7 +85,8 @@ def choose_sources(
         motions: what it should be good for, on this body.
         suit: boards (all with a microphone) and candidate sources.
         count: how many sources to keep.
-        options: criterion A over the mean of motions; grid, errors and search are used.
+        options: criterion A of joint centres over the mean of motions; grid, errors and search
+            are used.
         progress: show a progress bar (stderr).
 
     Raises:
@@ -93,6 +94,7 @@ def choose_sources(
     """
     if not 0 < count <= len(suit.sources):
         raise InputError(f"count {count}: the suit has {len(suit.sources)} sources")
+    options = replace(options, quantity="position")
     worn = mount(with_shapes(body), suit)
     scenes = scenes_of(worn, tuple(motions), options)
     judge = _SourceJudge(scenes, worn, suit, tuple(motions), options)

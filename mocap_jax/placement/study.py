@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
 from tqdm import tqdm
 
 from mocap_jax.body import Body
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.motion import Motion
+from mocap_jax.placement.certificate import Certificate
 from mocap_jax.placement.evaluation import Criterion, Evaluation
 from mocap_jax.placement.mounting import mounting_at, with_probe
 from mocap_jax.placement.options import PlacementOptions
+from mocap_jax.placement.result import CurvePoint, Placement, PlacementStudy
 from mocap_jax.placement.rows import Boards
 from mocap_jax.placement.scene import scenes_of
-from mocap_jax.placement.search import Resting, boards_on, refine, value_of
-from mocap_jax.placement.selection import Candidates, Certificate, Selector, Subset
+from mocap_jax.placement.search import boards_on, refine, value_of
+from mocap_jax.placement.selection import Candidates, Selector, Subset
+from mocap_jax.placement.spacing import Resting, closest, farthest, kept_apart
 from mocap_jax.placement.surface import Patch, Surfaces, patches_of
 from mocap_jax.simulation import Suit
 from mocap_jax.simulation.anatomy import anatomy_of
@@ -30,58 +31,6 @@ from mocap_jax.simulation.mounting import with_shapes
 _REFINED = 2
 # Share of the evaluations that each other number of sensors of the curve may use.
 _CURVE_SHARE = 0.25
-
-
-@dataclass(frozen=True)
-class Placement:
-    """Sensors on a body and what they are expected to achieve."""
-
-    segments: tuple[str, ...]
-    places: Float[np.ndarray, "n 2"]
-    """Share of each patch's axis and angle around it [rad]."""
-    suit: Suit
-    """Ready for `simulate`."""
-    value: float
-    """Of the criterion."""
-    expected_cm: dict[str, float]
-    """Root mean square error of each joint centre relative to the root, over all motions."""
-
-    @property
-    def mean_cm(self) -> float:
-        """Mean of the joints' expected errors [cm]."""
-        return float(np.mean(list(self.expected_cm.values())))
-
-
-@dataclass(frozen=True)
-class CurvePoint:
-    """The best placement found with a number of sensors."""
-
-    sensors: int
-    segments: tuple[str, ...]
-    mean_cm: float
-    exhaustive: bool
-
-
-@dataclass(frozen=True)
-class PlacementStudy:
-    """Result of `place`."""
-
-    body: Body
-    """As given, with shapes."""
-    motions: tuple[str, ...]
-    placements: tuple[Placement, ...]
-    """The best first."""
-    curve: tuple[CurvePoint, ...]
-    """Expected error by number of sensors."""
-    certificate: Certificate
-    """Of the choice of segments, at the middles of their patches."""
-    options: PlacementOptions
-    seconds: float
-
-    @property
-    def best(self) -> Placement:
-        """The first of the ranking."""
-        return self.placements[0]
 
 
 def place(
@@ -168,7 +117,7 @@ class _Study:
         self.resting = _resting(shaped)
         relaxable = options.objective != "D"
         self.selector = Selector(
-            _candidates(shaped, self.patches, options), c, self._value,
+            _candidates(shaped, self.patches, options, self.resting), c, self._value,
             self._relax if relaxable else None, self.bar.update,
         )  # fmt: skip
         judge = Judge(body, motions, options)
@@ -186,13 +135,14 @@ class _Study:
         certificate = curve[self.options.sensors][1]
         ranked = self.selector.ranking(self.options.sensors, self.options.search.ranked)
         placements = [self._refined(s) for s in ranked[:_REFINED]]
-        placements += [self._placement(s, self._middles(s)) for s in ranked[_REFINED:]]
-        points = tuple(
-            CurvePoint(
-                n, self._names(s), self._placement(s, self._middles(s)).mean_cm, f.exhaustive
+        placements += [self._placement(s, self._apart(s)) for s in ranked[_REFINED:]]
+        placements = [p for p in placements if self._keeps_distance(p)]
+        if not placements:
+            raise InputError(
+                f"distance_m {self.options.constraints.distance_m:g}: no two sensors less apart, "
+                "but the segments of the best choices cannot keep them so far from each other"
             )
-            for n, (s, f) in curve.items()
-        )
+        points = tuple(self._point(n, *found) for n, found in curve.items())
         return PlacementStudy(
             self.body, tuple(s.name for s in self.criterion.scenes),
             tuple(sorted(placements, key=lambda p: p.value)), points, certificate, self.options,
@@ -208,6 +158,12 @@ class _Study:
             if chosen:
                 raise
             return None
+
+    def _point(self, count: int, subset: Subset, certificate: Certificate) -> CurvePoint:
+        found = self._placement(subset, self._middles(subset))
+        return CurvePoint(
+            count, found.segments, found.mean_cm, found.mean_deg, certificate.exhaustive
+        )
 
     def _names(self, subset: Subset) -> tuple[str, ...]:
         return tuple(self.patches[i].segment for i in subset)
@@ -226,6 +182,18 @@ class _Study:
         cut = self.criterion.cut(boards, evaluation)
         return evaluation.value, cut.constant, cut.slope
 
+    def _apart(self, subset: Subset) -> np.ndarray:
+        """Places near the middles that keep the least distance, if any do."""
+        surfaces = Surfaces(tuple(self.patches[i] for i in subset))
+        free, least = np.zeros((len(subset), 2)), self.options.constraints.distance_m
+        return np.asarray(surfaces.places(kept_apart(surfaces, self.resting, free, least)))
+
+    def _keeps_distance(self, placement: Placement) -> bool:
+        boards, segments = placement.suit.boards, anatomy_of(self.body).segments
+        points = jnp.asarray([b.position for b in boards])
+        near = closest(points, np.array([segments[b.segment] for b in boards]), self.resting)
+        return near >= self.options.constraints.distance_m - 1e-6
+
     def _refined(self, subset: Subset) -> Placement:
         found = refine(
             self.criterion, tuple(self.patches[i] for i in subset), self.resting,
@@ -238,11 +206,14 @@ class _Study:
         patches = tuple(self.patches[i] for i in subset)
         evaluation = value_of(self.criterion, patches, places, self.most)
         joints = self.criterion.scenes[0].joints
-        rms = 100 * np.sqrt(evaluation.variance.mean(0))
+        cm, deg = (
+            unit * np.sqrt(self.criterion.variance_of(evaluation, quantity).mean(0))
+            for quantity, unit in (("position", 100.0), ("orientation", 180 / np.pi))
+        )
         boards = tuple(mounting_at(p, x) for p, x in zip(patches, places, strict=True))
         return Placement(
             self._names(subset), np.asarray(places), Suit(boards), evaluation.value,
-            dict(zip(joints, map(float, rms), strict=True)),
+            *(dict(zip(joints, map(float, x), strict=True)) for x in (cm, deg)),
         )  # fmt: skip
 
 
@@ -254,8 +225,10 @@ def _resting(body: Body) -> Resting:
     )
 
 
-def _candidates(body: Body, patches: tuple[Patch, ...], options: PlacementOptions) -> Candidates:
-    """Costs and lengths of wire of all patches."""
+def _candidates(
+    body: Body, patches: tuple[Patch, ...], options: PlacementOptions, resting: Resting
+) -> Candidates:
+    """Costs, lengths of wire and greatest distances of all patches."""
     c = options.constraints
     names = tuple(p.segment for p in patches)
     for name in c.costs:
@@ -264,7 +237,8 @@ def _candidates(body: Body, patches: tuple[Patch, ...], options: PlacementOption
     wire = np.zeros(len(patches))
     if c.wire_m is not None:
         wire = np.array([_wire(body, p.body, c.hub) for p in patches])
-    return Candidates(names, np.array([c.costs.get(n, 1.0) for n in names]), wire)
+    cost = np.array([c.costs.get(n, 1.0) for n in names])
+    return Candidates(names, cost, wire, farthest(patches, resting))
 
 
 def _wire(body: Body, carrier: int, hub: str) -> float:

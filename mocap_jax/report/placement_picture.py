@@ -22,6 +22,7 @@ from mocap_jax.solution.poses import root_segment, segment_poses
 _SENSOR = METHOD_COLOURS[1]
 # Views from in front and from behind: turn of the viewer from straight ahead [rad].
 _VIEWS = (("from the front", 0.35), ("from behind", np.pi + 0.35))
+_OF = {"cm": "joint centres", "deg": "orientations"}
 _WIDTH, _HEIGHT, _SHIFT = 1.5, 2.05, 0.08
 
 
@@ -43,7 +44,7 @@ def placement_figure(study: PlacementStudy, placement: Placement | None = None) 
         for panel, (_, turn) in zip(axes[:2], _VIEWS, strict=True):
             _body(panel, study.body, placement, turn)
         _curve(axes[2], study, len(placement.segments))
-        _joints(axes[3], placement)
+        _joints(axes[3], study, placement)
     return figure
 
 
@@ -100,23 +101,24 @@ def sensor_frames(
 
 def _curve(axes: Axes, study: PlacementStudy, chosen: int) -> None:
     count = [c.sensors for c in study.curve]
-    error = [c.mean_cm for c in study.curve]
+    error = [c.mean(study.options.quantity) for c in study.curve]
     axes.plot(count, error, marker="o", color=METHOD_COLOURS[0])
     at = count.index(chosen) if chosen in count else None
     if at is not None:
         axes.plot(count[at], error[at], marker="o", markersize=9, color=_SENSOR)
     axes.set(
-        xlabel="number of sensors", ylabel="expected error of joint centres [cm]",
+        xlabel="number of sensors", ylabel=f"expected error of {_OF[study.unit]} [{study.unit}]",
         ylim=(0, None), xticks=count, title="Error by number",
     )  # fmt: skip
     quiet_grid(axes)
 
 
-def _joints(axes: Axes, placement: Placement) -> None:
-    names = list(placement.expected_cm)
+def _joints(axes: Axes, study: PlacementStudy, placement: Placement) -> None:
+    expected = placement.expected(study.options.quantity)
+    names = list(expected)
     rows = np.arange(len(names))
-    axes.barh(rows, list(placement.expected_cm.values()), color=METHOD_COLOURS[0], height=0.7)
+    axes.barh(rows, list(expected.values()), color=METHOD_COLOURS[0], height=0.7)
     axes.set_yticks(rows, names, fontsize=6.5, color=MUTED)
     axes.invert_yaxis()
-    axes.set(xlabel="expected error [cm]", title="Error by joint")
+    axes.set(xlabel=f"expected error [{study.unit}]", title="Error by joint")
     axes.grid(axis="y", visible=False)

@@ -25,14 +25,31 @@ class Row:
     """Of whole poses, unobserved joints included, per degree of freedom."""
 
 
-def rows_of(clip: str, profile: str, seed: int, seconds: float | None) -> Iterator[Row]:
-    """Simulate a clip and estimate it with the filter, the smoother and the optimiser."""
-    recording = mj.simulate(load_clip(clip, seconds), profile=profile, seed=seed)
+def rows_of(
+    clip: str, profile: str, seed: int, seconds: float | None, orientations: float | None = None
+) -> Iterator[Row]:
+    """Simulate a clip and estimate it with the filter, the smoother and the optimiser.
+
+    Args:
+        clip: its name or file.
+        profile: of the simulation.
+        seed: of it.
+        seconds: length of the clip; None for all of it.
+        orientations: model error of measured orientations [rad]; None where boards report none.
+    """
+    recording = mj.simulate(
+        load_clip(clip, seconds), profile=profile, seed=seed,
+        options=mj.SimulationOptions(orientations=orientations is not None),
+    )  # fmt: skip
     filtered = mj.ekf(recording)
     yield _row(clip, filtered, recording)
     smoothed = mj.ekf(recording, options=mj.EkfOptions(smooth=True))
     yield _row(clip, smoothed, recording)
-    yield _row(clip, mj.optimise(recording, initial=smoothed), recording)
+    noise = mj.NoiseOptions() if orientations is None else mj.NoiseOptions(
+        orientation_model=orientations
+    )  # fmt: skip
+    options = mj.OptimiseOptions(noise=noise)
+    yield _row(clip, mj.optimise(recording, initial=smoothed, options=options), recording)
 
 
 def _row(clip: str, solution: mj.Solution, recording: mj.Recording) -> Row:

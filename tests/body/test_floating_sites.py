@@ -8,6 +8,7 @@ from sample_bodies import MIXED
 
 from mocap_jax.body import (
     floating_dofs,
+    joint_dofs,
     load_body,
     normalise,
     site_frames,
@@ -51,4 +52,6 @@ def test_names_and_places():
     assert loose.nv == body.nv + 6 and loose.nq == body.nq + 6
     np.testing.assert_array_equal(floating_dofs(loose), body.nv + np.arange(6))
     assert len(floating_dofs(body)) == 0
+    for either in (body, loose):
+        np.testing.assert_array_equal(joint_dofs(either.topology), np.arange(6, body.nv))
     np.testing.assert_array_equal(site_segments(loose.topology), body.topology.site_body)

@@ -32,6 +32,28 @@ def test_study_is_written(tmp_path: Path, capsys: pytest.CaptureFixture):
     assert not list(folder.glob(".*"))
 
 
+@pytest.mark.slow
+def test_what_a_study_writes_is_simulated_and_reconstructed(
+    tmp_path: Path, capsys: pytest.CaptureFixture
+):
+    """With sources, noise of a file's own, and orientations asked for."""
+    noise, folder = tmp_path / "noise.toml", tmp_path / "out"
+    noise.write_text("[noise]\ngyroscope = 0.01\n")
+    asked = ("--quantity", "orientation", "--setup", str(noise), "--sources", "1")
+    assert main(["place", "walking:2-3", "-o", str(folder), *ARGUMENTS, *asked]) == 0
+    text = capsys.readouterr().out
+    assert "expected error [deg]" in text and "sources of placement 1:" in text
+    record = json.loads((folder / "study.json").read_text())
+    suit = load_suit(folder / "placement1.toml")
+    assert [s.name for s in suit.sources] == record["sources"]["chosen"]
+    assert record["sources"]["with_all_cm"] <= record["sources"]["without_distances_cm"]
+    walk = str(tmp_path / "walk.mcap")
+    worn = ["--sensors", str(folder / "placement1.toml")]
+    assert main(["simulate", "walking:0-1", "-o", walk, *worn]) == 0
+    solved = ["reconstruct", walk, "--body", str(folder / "placement1.xml"), "--method", "ekf"]
+    assert main([*solved, "-o", str(tmp_path / "walk.solution.mcap")]) == 0
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
@@ -40,6 +62,12 @@ def test_study_is_written(tmp_path: Path, capsys: pytest.CaptureFixture):
         (["walking", "--objective", "B"], 2, "objective 'B'"),
         (["walking", "--cost", "Head"], 2, "--cost Head: expected SEGMENT=COST"),
         (["walking:2-3", "--allow", "Tail"], 2, "--allow: unknown segment 'Tail'"),
+        (["walking:2-3", "--hub", "Tail", "--wire", "3"], 2, "--hub: unknown segment 'Tail'"),
+        (["walking", "--quantity", "angle"], 2, "--quantity: unknown quantity 'angle'"),
+        (["walking:2-3", "--joints", "Tail"], 2, "--joints: unknown joint 'Tail'; valid: L5"),
+        (["walking:2-3", "--sources", "9"], 2, "--sources 9: more than the 8 of the standard"),
+        (["walking:2-3", "--setup", "none.toml"], 1, "none.toml"),
+        (["walking:2-3", "--hub", "Pelvis"], 2, "--hub: nothing without --wire"),
         (["walking:2-3", "-n", "40"], 2, "--number 40: more than the 21 segments"),
     ],
 )

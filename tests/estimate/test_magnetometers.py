@@ -97,6 +97,26 @@ def test_the_optimiser_finds_its_heading(recording: mj.Recording) -> None:
     assert heading_error(held, recording) < 3.0
 
 
+def test_residuals_of_the_user_s_own_stand_beside_it(recording: mj.Recording) -> None:
+    """Without data of theirs, and on skin; a second one of the same name is refused."""
+    body = mj.load_body(recording.body_xml)
+    level = mj.UserResidual("level", lambda body, q, data: 1e-3 * q[0][2:3])
+    options = mj.OptimiseOptions(
+        kinds="AGM", root="free", covariance=False, initial="orientation",
+        noise=mj.NoiseOptions(adapt=False), prior=mj.PriorOptions(skin_sigma=0.002),
+        user_residuals=(level,), **FIGURES,
+    )  # fmt: skip
+    short = mj.cut(recording, 0.0, 4.0)
+    found = mj.optimise(short, options=options)
+    assert found.status.ok
+    assert set(found.options["user_residuals"]) == {"level"}
+    time = np.asarray(found.trajectory.time)
+    twice, rows = mj.magnetic_heading(recording, body, time)
+    options = dataclasses.replace(options, user_residuals=(twice,))
+    with pytest.raises(InputError, match="user residual 'magnetometer': the name is taken"):
+        mj.optimise(short, options=options, user_data=(rows,))
+
+
 def test_wrong_input(recording: mj.Recording) -> None:
     blind = dataclasses.replace(recording, magnetic={})
     with pytest.raises(InputError, match="kind M: the recording has no magnetic streams"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
 
 import jax.numpy as jnp
 import numpy as np
@@ -11,7 +12,13 @@ from synthetic import SENSORS, record, small_body
 
 import mocap_jax as mj
 from mocap_jax import so3
+from mocap_jax.body import joint_dofs
+from mocap_jax.estimate.sequence.adapt import _rest
+from mocap_jax.estimate.sequence.levels import information, initial_levels
 from mocap_jax.estimate.sequence.pose_information import _skin
+from mocap_jax.estimate.sequence.terms import Built, build
+from mocap_jax.estimate.skin import displaced, on_skin
+from mocap_jax.measurement import gather
 from mocap_jax.recording import Recording
 
 SKIN = mj.PriorOptions(skin_sigma=0.005, skin_frequency=10.0)
@@ -76,6 +83,42 @@ def test_ringing_boards_mislead_less(recording, solution):
     """With one board for two segments, accelerations tell the shoulder from the elbow."""
     stiff = solve(recording, mj.PriorOptions())
     assert worst_turn(solution, recording) < 0.6 * worst_turn(stiff, recording)
+
+
+@pytest.fixture(scope="module")
+def built(recording) -> Built:
+    """The problem of boards that float."""
+    body = on_skin(small_body(), recording)
+    options = mj.OptimiseOptions(kinds="AG", prior=SKIN, noise=NOISE)
+    return build(
+        gather(recording, body, kinds="AG"), body, recording.setup, options, root_given=True
+    )
+
+
+def test_the_rest_pose_declares_nothing_of_the_skin(built):
+    """At the options' figures, levels state the very priors that the problem was built with."""
+    levels = initial_levels(mj.OptimiseOptions(prior=SKIN, noise=NOISE), len(SENSORS))
+    found = information(built, None, levels, repeats=1.0)["reference_information"]
+    np.testing.assert_allclose(found, built.terms.reference_information, rtol=1e-12)
+    floating = built.layout.topology.nv - np.arange(9, 0, -1)
+    assert not found[0][:, floating].any() and found[1][:, floating].all()
+
+
+def test_still_boards_do_not_make_the_rest_pose_sure(recording, built):
+    """All joints off by the same: that is the deviation, whether boards float or not."""
+    topology, body = built.layout.topology, small_body()
+    joints, off = joint_dofs(topology), 0.03
+    assert len(joints) == body.nv - 6
+    at = built.rest_frames[len(built.rest_frames) // 2]
+    step = off * np.isin(np.arange(body.nv), joints)
+    held = np.asarray(built.terms.reference)[0, at, : body.nq]
+    turned = np.asarray(mj.retract(body.topology, jnp.asarray(held), jnp.asarray(step)))
+    problem = SimpleNamespace(layout=built.layout)
+    poses = displaced(np.tile(turned, (at + 1, 1)), on_skin(body, recording))
+    levels = initial_levels(mj.OptimiseOptions(prior=SKIN), len(SENSORS))
+    draws = [(np.zeros((len(built.terms.force), topology.nv)), np.zeros(0))]
+    found = _rest(problem, SimpleNamespace(q=poses), draws, built, levels, 1.0)
+    assert found == pytest.approx(off, rel=1e-6)
 
 
 def test_the_prior_s_figures_give_the_stated_deviation():

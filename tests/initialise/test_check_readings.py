@@ -106,6 +106,31 @@ def test_another_axis_up_is_named(walking, axis, turn):
     assert len(check.sentences) == 1 and f"has its {axis} axis up, not z" in check.sentences[0]
 
 
+def test_a_board_that_turns_steadily_is_no_board_at_rest():
+    """A foot turned about the vertical feels an even force; its rate is no offset."""
+    time = np.arange(0, 14, 0.01)
+    rate = np.zeros((len(time), 3))
+    rate[:, 2] = 0.8 * (time < 3.0)
+    for axis, frequency in enumerate((0.7, 0.5)):
+        late = np.clip((time - 3.0) / 0.5, 0, 1)
+        rate[:, axis] += 1.5 * late * np.sin(2 * np.pi * frequency * (time - 3.0))
+    turn = Rotation.identity(len(time))
+    for k in range(1, len(time)):
+        turn[k] = turn[k - 1] * Rotation.from_rotvec(rate[k - 1] * 0.01)
+    force = turn.inv().apply([0.0, 0.0, 9.80665])
+    rng = np.random.default_rng(0)
+    stream = InertialStream(
+        time, force + 0.02 * rng.normal(size=force.shape),
+        rate + 0.002 * rng.normal(size=rate.shape), np.full((len(time), 4), np.nan),
+    )  # fmt: skip
+    recording = Recording({"foot": stream}, None, None, {}, None, None, Setup(), None)
+    check = check_readings(recording)
+    assert check.ok and "No rest was found for foot" in check.remarks[0], str(check)
+    rested = dataclasses.replace(stream, gyroscope=np.where(time[:, None] < 3.0, 0.0, rate))
+    check = check_readings(dataclasses.replace(recording, inertial={"foot": rested}))
+    assert not check.remarks
+
+
 def test_gravity_removed_is_named(walking):
     moved = {
         n: dataclasses.replace(

@@ -12,6 +12,7 @@ from mocap_jax.initialise import SensorCheck, check_sensors
 from mocap_jax.initialise.sensor_assignment import neighbours
 from mocap_jax.motion import builtin_motion
 from mocap_jax.motion.motion import Motion
+from mocap_jax.recording import cut
 from mocap_jax.simulation import SimulationOptions, simulate
 from mocap_jax.trajectory import Trajectory
 
@@ -112,6 +113,34 @@ def test_quaternions_of_another_order_are_named(profile):
     assert check.root is None and not check.exchanged
     check = check_sensors(dataclasses.replace(sound, root=xyzw(sound.root)))
     assert check.sentences == (f"The measured root: {text}.",) and not check.ok
+
+
+@pytest.fixture(scope="module", params=["paper", "field"])
+def moving(request):
+    """Ten seconds of walking from the middle of a step on; boards tell orientations."""
+    motion = builtin_motion("walking")
+    whole = simulate(
+        motion, profile=request.param, seed=4, options=SimulationOptions(orientations=True)
+    )
+    return cut(whole, whole.setup.score_from + 0.7, whole.interval[1])
+
+
+def test_a_start_in_motion_raises_no_alarm(moving):
+    check = check_sensors(moving)
+    assert check.ok and "start is not still" in check.remarks[0], str(check)
+    assert set(check.measures) == set(moving.inertial) == set(check.faults)
+
+
+def test_a_start_in_motion_hides_neither_units_nor_orders(moving):
+    in_g = changed(moving, "chest", accelerometer=np.eye(3) / 9.80665)
+    check = check_sensors(in_g)
+    assert suspects(check) == {"chest"} and "reads in g" in check.faults["chest"][0], str(check)
+    xyzw = lambda s: dataclasses.replace(s, orientation=np.roll(s.orientation, -1, axis=1))  # noqa: E731
+    check = check_sensors(dataclasses.replace(moving, root=xyzw(moving.root)))
+    assert check.root == "quaternions look like xyzw, read as wxyz"
+    boards = {name: xyzw(stream) for name, stream in moving.inertial.items()}
+    check = check_sensors(dataclasses.replace(moving, inertial=boards))
+    assert {"pelvis", "left_thigh", "left_shank"} <= suspects(check)
 
 
 @pytest.mark.parametrize("with_ranges", [True, False])

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from mocap_jax.errors import InputError
 from mocap_jax.motion import Motion
@@ -52,6 +53,29 @@ def test_what_the_lower_rate_cannot_show_is_left_out(nodding_body, sway):
     inner = (t > 0.3) & (t < 2.7)
     error = np.asarray(path.q)[inner, 0] - 0.1 * np.sin(5 * t[inner])
     assert np.abs(error).max() < 0.002
+
+
+def test_jumps_are_bridged_before_they_are_smeared(nodding_body, sway):
+    """A tracking error of one rad for a twelfth of a second is none of the motion's."""
+    clip = sway(120.0)
+    q = np.array(clip.trajectory.q)
+    broken = q.copy()
+    broken[170:180, 7:11] = _turned(q[170:180, 7:11], 1.0)
+    wrong = replace(clip, trajectory=Trajectory(clip.trajectory.time, broken))
+    found = same_rate({"a": wrong, "b": sway(30.0)})["a"]
+    t = np.asarray(found.trajectory.time)
+    expected, got = poses(nodding_body, t)[:, 7:11], np.asarray(found.trajectory.q)[:, 7:11]
+    off = 2 * np.arccos(np.abs((got * expected).sum(1)).clip(0, 1))
+    assert off.max() < 0.1
+    assert found.facts["bridged_frames"] > 10
+    assert "bridged_frames" not in same_rate({"a": clip, "b": sway(30.0)})["a"].facts
+    kept = same_rate({"a": wrong, "b": sway(30.0)}, fastest_joint=1e3)["a"]
+    assert np.abs(np.asarray(kept.trajectory.q)[:, 7:11] - got).max() > 0.2
+
+
+def _turned(q: np.ndarray, angle: float) -> np.ndarray:
+    turn = Rotation.from_quat(q, scalar_first=True) * Rotation.from_rotvec([angle, 0.0, 0.0])
+    return turn.as_quat(scalar_first=True)
 
 
 def test_the_slowest_and_those_of_its_rate_stay_as_they_are(sway):

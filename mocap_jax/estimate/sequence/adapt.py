@@ -21,7 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from mocap_jax import linalg
-from mocap_jax.body import difference
+from mocap_jax.body import difference, joint_dofs
 from mocap_jax.estimate.sequence.corner import constant_values
 from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.levels import (
@@ -272,7 +272,7 @@ def _rest(
     often: float,
 ) -> float:
     """How far the subject was from the declared rest pose, per joint coordinate [rad]."""
-    joints = ~problem.layout.topology.root_dofs
+    joints = joint_dofs(problem.layout.topology)
     rest = built.rest_frames
     middle = rest[len(rest) // 2]
     declared = jnp.asarray(built.terms.reference[0, middle])

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mocap_jax.body import joint_dofs
 from mocap_jax.estimate.sequence.layout import Layout
 from mocap_jax.estimate.sequence.terms import Built
 from mocap_jax.estimate.whole_sequence_options import ConstantsOptions, OptimiseOptions
@@ -169,7 +170,7 @@ def information(
         out["range_information"] = out["range_information"] * gate
     if len(built.rest_frames):
         info = np.array(built.terms.reference_information)
-        frames, joints = built.rest_frames, np.flatnonzero(~built.layout.topology.root_dofs)
+        frames, joints = built.rest_frames, joint_dofs(built.layout.topology)
         often = repeats if mostly_wrong(levels, built) else 1.0
         info[0][np.ix_(frames, joints)] = often / (levels.rest**2 * len(frames))
         out["reference_information"] = info

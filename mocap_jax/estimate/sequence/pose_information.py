@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mocap_jax.body import Body, floating_dofs
+from mocap_jax.body import Body, floating_dofs, joint_dofs
 from mocap_jax.errors import InputError
 from mocap_jax.estimate.free_roots import FreeRoot
 from mocap_jax.estimate.sequence.pose_prior_terms import OnBody
@@ -78,15 +78,13 @@ def references(
     declared = declared_pose(setup.rest, body)
     reference = np.tile(declared, (2, t, 1))
     information = np.zeros((2, t, nv))
-    joints = np.flatnonzero(~body.topology.root_dofs)
+    joints = joint_dofs(body.topology)
     prior = options.prior
     if len(rest):
         information[0, rest[:, None], joints] = 1 / (prior.rest_sigma**2 * len(rest))
     information[1][:, joints] = float(data.step) / prior.pose_sigma**2
     information[1][:, usual] = 0.0
-    floating = floating_dofs(body)
-    information[0][:, floating] = 0.0
-    information[1][:, floating] = float(data.step) / _skin(prior).size
+    information[1][:, floating_dofs(body)] = float(data.step) / _skin(prior).size
     still = rest if len(rest) else np.arange(2)
     for root in roots:
         if root.tie == "measured":

@@ -13,6 +13,7 @@ from mocap_jax.errors import InputError
 from mocap_jax.estimate.contact.contacts import Contacts
 from mocap_jax.estimate.free_roots import FreeRoot, free_roots
 from mocap_jax.estimate.gravity_reference import GravityReference, gravity_reference
+from mocap_jax.estimate.magnetic_heading import MagneticReadings, sequence_headings
 from mocap_jax.estimate.measured_rotation import uses_measured_rotation, where_turned
 from mocap_jax.estimate.sequence.corrections import correction_fields, slope_terms, walk_of
 from mocap_jax.estimate.sequence.coupled import coupled_coordinates
@@ -67,6 +68,7 @@ def build(
     root_given: bool,
     user_data: tuple = (),
     inertial: FrameData | None = None,
+    magnetic: MagneticReadings | None = None,
 ) -> Built:
     """Assemble layout, terms and weights.
 
@@ -79,6 +81,7 @@ def build(
         user_data: per user residual, a pytree of arrays with one row a frame (or None).
         inertial: accelerometers and gyroscopes of the same frames for `options.gravity`, where
             `data` leaves them out; default `data`.
+        magnetic: what magnetometers read, on the same frames.
 
     Raises:
         InputError: no measurement of the kinds chosen, no root pose where it is given, or options
@@ -86,8 +89,9 @@ def build(
     """
     knees, knee_data = knee_hinges(body, len(data.time), options)
     coupled, coupled_data = coupled_coordinates(body, len(data.time))
-    check_names(options.user_residuals)
-    user = (*options.user_residuals, *knees, *coupled)
+    headings, heading_data = sequence_headings(magnetic, float(data.step), options)
+    check_names((*options.user_residuals, *headings))
+    user = (*options.user_residuals, *headings, *knees, *coupled)
     usual = on_body(body, options.pose_prior, options.prior.share_sigma)
     rest = rest_frames(data, setup)
     roots = free_roots(data, body.topology, root_given=root_given)
@@ -99,7 +103,12 @@ def build(
     terms = Terms(
         **_readings(data, setup, readings, layout),
         **pose_fields(data, body, setup, options, rest, usual, roots),
-        user_data=(*data_of(options.user_residuals, user_data), *knee_data, *coupled_data),
+        user_data=(
+            *data_of(options.user_residuals, user_data),
+            *heading_data,
+            *knee_data,
+            *coupled_data,
+        ),
         user_mask=tuple(mask_of(r, len(data.time)) for r in user),
         walk=(walking.at_frames,) if walking else (),
         contact=contacts.none if contacts else (),
