@@ -8,17 +8,28 @@ distance; what arrives early and faint is an echo of the pulse before.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Complex, Float
 
-from mocap_jax.errors import unknown_name
-from mocap_jax.signals.ultrasonic.bands import MARGIN, SOUND_RATE_HZ, SOUND_STEP, BandSplitter
+from mocap_jax.errors import InputError, unknown_name
+from mocap_jax.signals.ultrasonic.bands import (
+    MARGIN,
+    SLOT_M,
+    SLOT_S,
+    SLOT_SAMPLES,
+    SOUND_RATE_HZ,
+    SOUND_STEP,
+    BandSplitter,
+)
 from mocap_jax.signals.ultrasonic.blur import blur
 from mocap_jax.signals.ultrasonic.burst import CARRIER_HZ, Transducer, envelope
 
 DETECTORS = ("matched", "inflection")
+LONGEST_M = 20.0
+"""Longer distances are never looked for."""
 _TAPS = 12
 """Samples to either side that interpolation uses."""
 _STEPS = 32
@@ -44,13 +55,26 @@ class DetectorOptions:
     below which a sound is passed over while a later one exceeds it: half of where w_s falls."""
     nearest_m: float = 0.05
     """Shorter distances are not looked for."""
-    farthest_m: float = 2.75
-    """Nor longer ones (Vlasic 2007, section 3.2)."""
+    farthest_m: float | None = None
+    """Nor longer ones; None: than sound comes in a slot (2.75 m in 8 ms; Vlasic 2007, section 3.2),
+    since what comes later is not told from the next pulse."""
     transducer: Transducer = field(default_factory=Transducer)
 
     def __post_init__(self) -> None:
         if self.detector not in DETECTORS:
             raise unknown_name("detector", self.detector, DETECTORS)
+        if self.farthest_m is not None and not self.nearest_m < self.farthest_m <= LONGEST_M:
+            raise InputError(
+                f"farthest_m {self.farthest_m:g}: valid are numbers above {self.nearest_m:g} up to "
+                f"{LONGEST_M:g}"
+            )
+
+    def in_slots(self, interval: float) -> DetectorOptions:
+        """These for pulses of one frequency every `interval` seconds."""
+        if self.farthest_m is not None:
+            return self
+        slot = SLOT_M * interval / SLOT_S
+        return replace(self, farthest_m=min(max(slot, 2 * self.nearest_m), LONGEST_M))
 
 
 @dataclass(frozen=True)
@@ -82,6 +106,7 @@ class ArrivalDetector:
     ) -> None:
         self.splitter = BandSplitter(length, options.transducer)
         self._options, self._speed, self._reference = options, speed, reference
+        self._farthest = SLOT_M if options.farthest_m is None else options.farthest_m
         self._stretch = CARRIER_HZ / options.transducer.drive_hz  # of ten cycles
         self._rise = round(_RISE * self._stretch)
         self._offset, self._gain, self._blur = 0.0, 1.0, 0.0
@@ -91,6 +116,11 @@ class ArrivalDetector:
     def offset(self) -> float:
         """Time from the beginning of a nominal burst to what the detector marks [s]."""
         return self._offset
+
+    @property
+    def slot_samples(self) -> int:
+        """Samples of a wire in which a pulse is looked for, in whole slots of 8 ms."""
+        return math.ceil(self._farthest / SLOT_M - 1e-9) * SLOT_SAMPLES
 
     def _calibrated(self) -> tuple[float, float, float]:
         """Mark, gain and blur of a burst of unit amplitude, by detecting one without noise."""
@@ -149,7 +179,7 @@ class ArrivalDetector:
         opts = self._options
         # The peak behind the steepest rise.
         late = 0.0 if opts.detector == "matched" else 3.0 * self._stretch
-        first, last = (np.array([opts.nearest_m, opts.farthest_m]) / self._speed) * SOUND_RATE_HZ
+        first, last = (np.array([opts.nearest_m, self._farthest]) / self._speed) * SOUND_RATE_HZ
         begin = np.floor(start + first).astype(np.int64)
         window = begin[:, None] + np.arange(int(np.ceil(last - first + late)) + 2)
         level = np.abs(sound[np.clip(window, 0, len(sound) - 1)])

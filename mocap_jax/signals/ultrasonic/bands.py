@@ -17,8 +17,9 @@ from mocap_jax.signals.ultrasonic.burst import NOMINAL, Transducer, envelope
 SAMPLE_RATE_HZ = 150_000.0
 MARGIN = 1200
 """Samples at the beginning of a block that filters spoil [8 ms]."""
-TAIL = 2400
-"""Samples at its end: those, and the slot of the last pulse."""
+SLOT_S, SLOT_SAMPLES, SLOT_M = 0.008, 1200, 2.75
+"""Time between pulses of one frequency, its samples, and how far sound comes in it (Vlasic 2007,
+section 3.2)."""
 SOUND_STEP, TELEMETRY_STEP = 8, 2
 """Samples of the wire for each sample of the bands."""
 SOUND_RATE_HZ = SAMPLE_RATE_HZ / SOUND_STEP
