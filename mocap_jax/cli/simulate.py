@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mocap_jax.cli.exit_codes import SUCCESS, unknown_choice
+from mocap_jax.cli.far_anchors import far_anchors, unheard_anchors
 from mocap_jax.cli.files import output_file
 from mocap_jax.cli.motion_choice import add_motion_arguments, chosen_motion
 from mocap_jax.cli.parser import count
@@ -98,6 +99,8 @@ def run(arguments: argparse.Namespace) -> int:
     if figures is not None:
         for text in strangers(arguments.setup, figures, recording.setup, tuple(recording.inertial)):
             warn_on_stderr(text)
+    for text in unheard_anchors(recording.ranges, options):
+        warn_on_stderr(text)
     write_recording(output, recording)
     start, end = recording.interval
     print(
@@ -149,6 +152,8 @@ def _run_raw(
         boards = tuple(s.name for s in raw.recording.setup.sensors)
         for text in strangers(arguments.setup, figures, raw.recording.setup, boards):
             warn_on_stderr(text)
+    for text in far_anchors(raw, options):
+        warn_on_stderr(text)
     pieces = tqdm(raw.chunks(), desc="simulate", total=raw.pieces, disable=None)
     raw.write(output, pieces)
     print(

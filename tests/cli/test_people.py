@@ -258,6 +258,11 @@ def test_a_ball_in_the_hand_is_no_person(run, monkeypatch, nodding_body, nod, tm
         (["--frequencies", "40000,33000"], "--frequencies is for several people"),
         (["--with", "routine", "--place", "1,0", "--place", "2,0"], "--place is given for 2 of 1"),
         (["--with", "routine", "--frequencies", "40000"], "--frequencies is given for 1 of 2"),
+        (["--with-fps", "60"], "--with-fps is for several people"),
+        (["--with", "routine", "--with-fps", "60"], "--with-fps is for motion files, 'routine'"),
+        (["--with", "routine", "--with-skip", "1", "--with-skip", "2"],
+         "--with-skip is given for 2 of 1"),
+        (["--with", "routine", "--with-scale", "0"], "'0' is not a number from 0.0001 to 10"),
         (["--with", "routine", "--place", "1"], "'1' is not X,Y or X,Y,DEGREES"),
         (["--with", "routine", "--place", "1,nan"], "'1,nan' is not X,Y or X,Y,DEGREES"),
         (["--with", "routine", "--frequencies", "40000,-1"], "not a list of numbers above zero"),
@@ -303,6 +308,21 @@ def test_the_lower_frame_rate_is_everybodys(run, nod, worn, tmp_path, monkeypatc
     moving = (time > start + 0.1) & (time < time[-1] - 0.1)
     expected = 0.05 * np.sin(4 * (time[moving] - start))
     np.testing.assert_allclose(q[moving, 0], expected, atol=0.002)
+
+
+def test_each_file_is_read_as_is_said_of_it(run, nodding_body, nod, worn, tmp_path):
+    """A clip of 60 frames a second: of 1 s as it stands, of 2 s at 30 frames a second."""
+    clip = tmp_path / "clip.npz"
+    q = np.tile(np.asarray(nodding_body.qpos0), (61, 1))
+    np.savez(clip, time=np.arange(61) / 60, q=q, body_xml=nodding_body.xml)
+    out = tmp_path / "two.mcap"
+    both = ["simulate", clip, "--with", clip, "--place", "1.4,0,180", "--sensors", worn, "-o", out]
+    made = run(*both, "--fps", "30", "--with-fps", "20")
+    assert made.code == 0 and "a: clip has 30 frames a second; brought to 20" in made.out
+    made = run(*both, "--with-fps", "30", "--with-skip", "20")
+    assert made.code == 0 and "a: clip has 60 frames a second; brought to 30" in made.out
+    made = run(*both, "--fps", "30", "--with-fps", "-")
+    assert made.code == 0 and "b: clip has 60 frames a second; brought to 30" in made.out
 
 
 def test_frequencies_that_no_wire_carries(refused, nod, worn, tmp_path):

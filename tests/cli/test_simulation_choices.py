@@ -42,6 +42,13 @@ def test_every_argument_sets_its_option():
     assert same == ["speed_of_sound", "start_utc_ns"], "the others have an argument"
 
 
+def test_longer_slots_hear_farther_unless_told_otherwise():
+    assert asked("--pulse-interval", "0.016").max_range_m == pytest.approx(5.5)
+    assert asked("--pulse-interval", "0.004").max_range_m == pytest.approx(1.375)
+    assert asked("--pulse-interval", "0.016", "--max-range", "3").max_range_m == 3.0
+    assert asked("--pulse-interval", "1").max_range_m == 20.0, "no sound comes farther"
+
+
 def test_the_recording_is_as_asked(run, tmp_path):
     output = tmp_path / "part.mcap"
     outcome = run(

@@ -16,20 +16,19 @@ from jaxtyping import Complex, Float
 
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.signals.ultrasonic.bands import (
+    LONGEST_M,
     MARGIN,
     SLOT_M,
-    SLOT_S,
     SLOT_SAMPLES,
     SOUND_RATE_HZ,
     SOUND_STEP,
     BandSplitter,
+    heard_in_slot,
 )
 from mocap_jax.signals.ultrasonic.blur import blur
 from mocap_jax.signals.ultrasonic.burst import CARRIER_HZ, Transducer, envelope
 
 DETECTORS = ("matched", "inflection")
-LONGEST_M = 20.0
-"""Longer distances are never looked for."""
 _TAPS = 12
 """Samples to either side that interpolation uses."""
 _STEPS = 32
@@ -73,8 +72,7 @@ class DetectorOptions:
         """These for pulses of one frequency every `interval` seconds."""
         if self.farthest_m is not None:
             return self
-        slot = SLOT_M * interval / SLOT_S
-        return replace(self, farthest_m=min(max(slot, 2 * self.nearest_m), LONGEST_M))
+        return replace(self, farthest_m=max(heard_in_slot(interval), 2 * self.nearest_m))
 
 
 @dataclass(frozen=True)
