@@ -9,6 +9,7 @@ from jax import device_put
 from jax.typing import ArrayLike
 from jaxtyping import Float
 
+from mocap_jax.body.site_names import ANCHOR_PREFIX
 from mocap_jax.decoding.bands import FrequencyBands
 from mocap_jax.decoding.pulses import Pulses
 from mocap_jax.decoding.reach import longest_distances
@@ -73,7 +74,9 @@ def wire_ranges(
 def silent(
     ranges: RangeStream, pulses: Pulses, interval: float, farthest: float
 ) -> tuple[str, ...]:
-    """Which sources nobody hears and which wires hear nobody, in sentences.
+    """Which sources nobody hears and which anchors hear nobody, in sentences.
+
+    (A board may well hear nothing: that of the head is above all sources of the standard suit.)
 
     Args:
         ranges: of all pairs.
@@ -91,7 +94,11 @@ def silent(
         if heard < _LEAST * count
     ]
     pairs = zip(ranges.receiver_names, wire, strict=True)
-    deaf = [name for name, heard in pairs if heard < _LEAST * sounded.sum()]
+    deaf = [
+        name
+        for name, heard in pairs
+        if name.startswith(ANCHOR_PREFIX) and heard < _LEAST * sounded.sum()
+    ]
     slot = f"(slots of {1e3 * interval:g} ms hear {farthest:.3g} m)"
     out = [f"no wire hears {', '.join(unheard)} {slot}"] if unheard else []
     return (*out, f"no source is heard by {', '.join(deaf)} {slot}") if deaf else tuple(out)

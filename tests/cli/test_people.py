@@ -49,7 +49,7 @@ orientation = [0.7071067811865476, 0.7071067811865476, 0.0, 0.0]
 
 [[anchors]]
 name = "mat"
-position = [-2.0, -2.0, 0.02]
+position = [0.7, -0.9, 0.02]
 """
 """The mat tells where the floor is below these people without legs."""
 FIGURES = """

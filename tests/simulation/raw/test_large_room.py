@@ -145,3 +145,10 @@ def test_figures_of_what_is_not_there_are_refused(motion, suit, tmp_path, figure
 def test_wrong_figures_of_a_driver_box(figures, fault):
     with pytest.raises(InputError, match=fault):
         DriverBox(**figures)
+
+
+def test_an_anchor_that_hears_nobody_is_told(motion, suit, tmp_path):
+    """A board that hears nobody is not: those may be hidden from all sources."""
+    away = Anchor("away", (0.5, -9.0, 1.2))
+    _, decoded = simulated(motion, replace(suit, anchors=(away,)), 0.008, "matched", tmp_path)
+    assert decoded.unheard[1:] == ("no source is heard by anchor/away (slots of 8 ms hear 2.75 m)",)
