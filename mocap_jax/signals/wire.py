@@ -100,12 +100,14 @@ class WireDecoder:
         last = end - self._slot / SAMPLE_RATE_HZ
         spare = self._inner - (left - 1) % self._inner - 1
         silence = np.zeros(spare + self._slot + MARGIN, np.int16)
+        recorded = self._count
         self._waiting.append(silence)
         self._count += len(silence)
         while self._count >= BLOCK_SAMPLES:
-            self._block(pulses.until(last))
+            self._block(pulses.until(last), recorded)
+            recorded -= self._inner
 
-    def _block(self, pulses: Emissions) -> None:
+    def _block(self, pulses: Emissions, recorded: int = BLOCK_SAMPLES) -> None:
         every = np.concatenate(self._waiting)
         block, start = every[:BLOCK_SAMPLES], self._block_start
         spectrum = spectrum_of(block)
@@ -118,7 +120,7 @@ class WireDecoder:
             own = here[pulses.band[here] == band]
             if own.size:
                 sound = detector.splitter.sound(spectrum)
-                self._keep(own, detector.detect(*sound, pulses.time[own] - start))
+                self._keep(own, detector.detect(*sound, pulses.time[own] - start, recorded))
         if not self._silent:
             self._receive(spectrum, inner)
         self._waiting, self._count = [every[self._inner :]], len(every) - self._inner

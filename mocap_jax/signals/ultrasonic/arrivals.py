@@ -150,6 +150,7 @@ class ArrivalDetector:
         narrow: Complex[np.ndarray, "s"],
         matched: Complex[np.ndarray, "s"],
         emission: Float[np.ndarray, "n"],
+        recorded: int | None = None,
     ) -> Arrivals:
         """First arrivals in one block of one wire.
 
@@ -157,10 +158,14 @@ class ArrivalDetector:
             narrow: see `Bands.sound`.
             matched: see `Bands.matched`.
             emission: times of the pulses since the block's first sample [s].
+            recorded: samples of the block that are no filling at its end; None: all. The noise is
+                measured in them.
         """
         sound = self._heard(narrow, matched)
         inner = MARGIN // SOUND_STEP
-        noise = float(np.median(np.abs(sound[inner:-inner]))) / np.sqrt(np.log(4.0))
+        last = len(sound) - inner if recorded is None else recorded // SOUND_STEP
+        level = np.abs(sound[inner : min(last, len(sound) - inner)])
+        noise = float(np.median(level)) / np.sqrt(np.log(4.0))
         start = emission * SOUND_RATE_HZ + self._offset * SOUND_RATE_HZ
         index, found = self._first(sound, start, noise)
         mark, amplitude = self._mark(sound, index)
