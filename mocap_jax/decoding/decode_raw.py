@@ -56,7 +56,7 @@ class Decoded:
     remarks: tuple[str, ...] = ()
     """On frequencies of unknown sources, and those that are too near to each other."""
     unheard: tuple[str, ...] = ()
-    """Which sources are hardly heard and which anchors hardly hear, in sentences."""
+    """Which sources are not heard, and which anchors hardly hear or are heard, in sentences."""
 
 
 @dataclass

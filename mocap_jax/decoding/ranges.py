@@ -17,9 +17,12 @@ from mocap_jax.recording import DriverBox, RangeStream, Recording
 from mocap_jax.signals.ultrasonic.distances import measure
 from mocap_jax.signals.wire import WireDecoder
 
-_LEAST_SENT, _LEAST_HEARD = 0.1, 0.02
-"""Sums of confidences over the pulses: sources and anchors that have less are named. What comes
-from beyond a slot is too faint for the place that it seems to have, but for some."""
+_FAINT = 0.15
+"""Mean confidence of an anchor's distances below which it is named. What comes from beyond a slot
+is too faint for the place that it seems to have, and has a tenth of this."""
+_RARE = 0.02
+"""Sum of confidences over the pulses below which an anchor or a worn source is named: silence has
+0.003, since one in a hundred slots of noise has a peak of 4 noise amplitudes."""
 
 
 def wire_ranges(
@@ -75,7 +78,7 @@ def wire_ranges(
 def silent(
     ranges: RangeStream, pulses: Pulses, interval: float, farthest: float
 ) -> tuple[str, ...]:
-    """Which sources are hardly heard and which anchors hardly hear, in sentences.
+    """Which sources are not heard, and which anchors hardly hear or are heard, in sentences.
 
     (A board may well hear nothing: that of the head is above all sources of the standard suit.)
 
@@ -85,25 +88,30 @@ def silent(
         interval: between pulses of one frequency [s].
         farthest: longest distance that is looked for [m].
     """
-    index, _ = pulses.sources(ranges.source_names)
-    sounded = np.bincount(index, minlength=len(ranges.source_names))
-    source = _sums(ranges.source, ranges.confidence, len(ranges.source_names))
-    wire = _sums(ranges.receiver, ranges.confidence, len(ranges.receiver_names))
-    unheard = [
-        name
-        for name, heard, count in zip(ranges.source_names, source, sounded, strict=True)
-        if heard < _LEAST_SENT * count
-    ]
-    pairs = zip(ranges.receiver_names, wire, strict=True)
-    deaf = [
-        name
-        for name, heard in pairs
-        if name.startswith(ANCHOR_PREFIX) and heard < _LEAST_HEARD * sounded.sum()
-    ]
-    slot = f"(slots of {1e3 * interval:g} ms hear {farthest:.3g} m)"
-    out = [f"hardly heard: {', '.join(unheard)} {slot}"] if unheard else []
-    return (*out, f"hears hardly anything: {', '.join(deaf)} {slot}") if deaf else tuple(out)
+    counts = np.bincount(pulses.sources(ranges.source_names)[0], minlength=len(ranges.source_names))
+    dead, faint = [], []
+    for s, name in enumerate(ranges.source_names):
+        heard = _confidences(ranges.source, ranges, s)
+        if name.startswith(ANCHOR_PREFIX):
+            faint += [name] if counts[s] and _is_faint(heard, counts[s]) else []
+        elif heard.sum() < _RARE * counts[s]:
+            dead.append(name)
+    for r, name in enumerate(ranges.receiver_names):
+        heard, count = _confidences(ranges.receiver, ranges, r), counts.sum()
+        if name.startswith(ANCHOR_PREFIX) and count and _is_faint(heard, count):
+            faint.append(name)
+    out = [f"no wire hears {', '.join(dead)}"] if dead else []
+    if faint:
+        slot = f"slots of {1e3 * interval:g} ms hear {farthest:.3g} m"
+        out.append(f"{', '.join(faint)}: hardly any distance is to be trusted ({slot})")
+    return tuple(out)
 
 
-def _sums(index: ArrayLike, values: ArrayLike, count: int) -> Float[np.ndarray, "c"]:
-    return np.bincount(np.asarray(index), np.asarray(values), count)
+def _is_faint(confidence: Float[np.ndarray, "k"], pulses: int) -> bool:
+    return bool(confidence.mean() < _FAINT or confidence.sum() < _RARE * pulses)
+
+
+def _confidences(index: ArrayLike, ranges: RangeStream, which: int) -> Float[np.ndarray, "k"]:
+    """Of the distances of one source or receiver; a 0 where there are none."""
+    own = np.asarray(ranges.confidence)[np.asarray(index) == which]
+    return own if own.size else np.zeros(1)
