@@ -13,7 +13,8 @@ from mocap_jax.decoding.air import AirOptions, by_wire, speed_at
 from mocap_jax.decoding.bands import FrequencyBands, frequency_bands
 from mocap_jax.decoding.inertial import BoardSummary, inertial_stream, with_round_off
 from mocap_jax.decoding.pulses import Pulses
-from mocap_jax.decoding.ranges import silent, wire_ranges
+from mocap_jax.decoding.ranges import wire_ranges
+from mocap_jax.decoding.unheard import sentences, without_faint_anchors
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.io import protobuf_messages as pb
 from mocap_jax.io.raw_file import RawReader
@@ -56,7 +57,7 @@ class Decoded:
     remarks: tuple[str, ...] = ()
     """On frequencies of unknown sources, and those that are too near to each other."""
     unheard: tuple[str, ...] = ()
-    """Which sources are not heard, and which anchors hardly hear or are heard, in sentences."""
+    """Which worn sources are not heard, and which anchors were left out, in sentences."""
 
 
 @dataclass
@@ -224,6 +225,7 @@ def _assembled(
         speed=by_wire(speed, tuple(wires), box.receiver_celsius, air),
         farthest=decoder.farthest,
     )  # fmt: skip
+    ranges, faint = without_faint_anchors(ranges, pulses)
     facts = rest.setup.provenance | {"detector": decoder.options.detector, "decoded": True}
     given = {"air_celsius": air.celsius, "air_humidity": air.humidity}
     facts |= {name: value for name, value in given.items() if value is not None}
@@ -243,5 +245,5 @@ def _assembled(
     unknown = decoder.bands.strangers(pulses.sources(rest.setup.sources)[1])
     remarks = tuple(f"{DRIVER_BOX}: {text}" for text in unknown)
     remarks += decoder.bands.remarks(pulses.sources(())[1])
-    unheard = silent(ranges, pulses, decoder.interval, decoder.farthest)
+    unheard = sentences(ranges, pulses, faint, decoder.interval, decoder.farthest)
     return Decoded(recording, boards, heard, slots, gaps, missing, remarks, unheard)

@@ -86,9 +86,7 @@ def test_anchors_too_far_for_the_slots_are_told(run, nod, tmp_path):
     (line,) = run(*asked, "--raw").error_lines
     assert "nothing comes near enough to anchor/lamp" in line and "--pulse-interval" in line
     (line,) = run("decode", out, "-o", tmp_path / "heard.mcap").error_lines
-    assert line.endswith(
-        "anchor/lamp: hardly any distance is to be trusted (slots of 8 ms hear 2.75 m)"
-    )
+    assert line.endswith("anchor/lamp: too faint, left out (slots of 8 ms hear 2.75 m)")
     longer = run(*asked, "--raw", "--pulse-interval", "0.016")
     assert longer.code == 0 and longer.err == ""
     heard = run("decode", out, "-o", tmp_path / "heard.mcap")

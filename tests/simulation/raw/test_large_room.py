@@ -59,11 +59,12 @@ def test_what_a_slot_cannot_hear_is_told_and_not_trusted(motion, suit, tmp_path)
     assert raw.distance[raw.pulse_source == 2].min() > 3.0
     assert decoded.unheard == (
         "no wire hears source/back",
-        "anchor/high: hardly any distance is to be trusted (slots of 8 ms hear 2.75 m)",
+        "anchor/high: too faint, left out (slots of 8 ms hear 2.75 m)",
     )
     ranges = decoded.recording.ranges
     pulse = np.searchsorted(raw.pulse_time, np.asarray(ranges.time) - 1e-6)
     error = np.asarray(ranges.distance) - raw.distance[pulse, np.asarray(ranges.receiver)]
+    assert 2 not in np.asarray(ranges.source), "the anchor's are gone"
     trusted = np.asarray(ranges.confidence) > 0.5
     assert trusted.sum() > 100 and np.abs(error[trusted]).max() < 0.015
 
@@ -154,5 +155,5 @@ def test_an_anchor_that_hears_nobody_is_told(motion, suit, tmp_path):
     _, decoded = simulated(motion, replace(suit, anchors=(away,)), 0.008, "matched", tmp_path)
     assert decoded.unheard == (
         "no wire hears source/back",
-        "anchor/away: hardly any distance is to be trusted (slots of 8 ms hear 2.75 m)",
+        "anchor/away: too faint, left out (slots of 8 ms hear 2.75 m)",
     )
