@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
     print(f"{output}: {_heading(decoded)}, detector {name}")
     for line in _lines(decoded):
         print(f"  {line}")
-    for remark in decoded.remarks:
+    for remark in decoded.remarks + decoded.unheard:
         warn_on_stderr(remark)
     return exit_code(decoded.recording)
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mocap_jax.cli.body_choice import add_body_arguments, chosen_body
 from mocap_jax.cli.exit_codes import UsageError
@@ -17,16 +18,26 @@ if TYPE_CHECKING:
     from mocap_jax.body import Body
     from mocap_jax.motion import Motion
 
+FILE_OPTIONS: tuple[tuple[str, Callable[[str], Any], str], ...] = (
+    ("skeleton", str, "ASF"),
+    ("fps", number_between(1, 1e4), "HZ"),
+    ("scale", number_between(1e-4, 10), "M"),
+    ("skip", count, "N"),
+)
+"""How a motion file is read: name, type and placeholder of each argument."""
+_HELP = {
+    "skeleton": "skeleton of an .amc file elsewhere",
+    "fps": "true frame rate",
+    "scale": "metres per file unit",
+    "skip": "leading frames to leave out",
+}
+
 
 def add_motion_arguments(parser: argparse.ArgumentParser) -> None:
     """How a motion file is read, and the body that performs it."""
     add_body_arguments(parser)
-    parser.add_argument("--skeleton", metavar="ASF", help="skeleton of an .amc file elsewhere")
-    parser.add_argument("--fps", type=number_between(1, 1e4), metavar="HZ", help="true frame rate")
-    parser.add_argument(
-        "--scale", type=number_between(1e-4, 10), metavar="M", help="metres per file unit"
-    )
-    parser.add_argument("--skip", type=count, metavar="N", help="leading frames to leave out")
+    for option, kind, metavar in FILE_OPTIONS:
+        parser.add_argument(f"--{option}", type=kind, metavar=metavar, help=_HELP[option])
 
 
 def chosen_motion(arguments: argparse.Namespace) -> Motion:
@@ -81,7 +92,7 @@ def _on_body(motion: Motion, body: Body | None) -> Motion:
 
 
 def _refuse_file_options(arguments: argparse.Namespace) -> None:
-    given = [o for o in ("skeleton", "fps", "scale", "skip") if getattr(arguments, o) is not None]
+    given = [o for o, _, _ in FILE_OPTIONS if getattr(arguments, o) is not None]
     if given:
         raise UsageError(
             f"--{given[0]} is for motion files, '{arguments.motion}' is a built-in motion"

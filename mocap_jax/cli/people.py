@@ -6,10 +6,10 @@ import argparse
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mocap_jax.cli.exit_codes import UsageError
-from mocap_jax.cli.motion_choice import chosen_motion
+from mocap_jax.cli.motion_choice import FILE_OPTIONS, chosen_motion
 from mocap_jax.cli.people_frequencies import FREQUENCIES, tuned
 from mocap_jax.cli.simulation_choices import simulation_options
 from mocap_jax.errors import InputError
@@ -23,7 +23,7 @@ NAMES = "abcdefgh"
 """Of the people: prefixes of all names."""
 _NEAREST_ROOTS = 0.2
 """People whose roots come nearer stand in each other [m]."""
-_FILE_OPTIONS = ("skeleton", "fps", "scale", "skip", "height", "mass", "sex", "length")
+_BODY_OPTIONS = ("height", "mass", "sex", "length")
 
 SuitOf = Callable[[argparse.Namespace, "Body"], "Suit | None"]
 
@@ -33,7 +33,8 @@ def add_people_arguments(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group(
         "several people",
         "They are a (who performs MOTION), b, c, ...; all wear the suit of --sensors, whose\n"
-        "anchors stand in the room once. Options of MOTION's file and body are for a alone.",
+        "anchors stand in the room once. Options of MOTION's file and body are for a alone; those\n"
+        "of the others are given once for each --with, in their order (- where one needs none).",
     )
     group.add_argument(
         "--with", dest="others", action="append", default=[], metavar="MOTION",
@@ -48,6 +49,11 @@ def add_people_arguments(parser: argparse.ArgumentParser) -> None:
         "--with-body", dest="other_bodies", action="append", default=[], metavar="XML",
         help="body of a --with motion, as --body is of MOTION; one for each, in their order",
     )  # fmt: skip
+    for option, kind, metavar in FILE_OPTIONS:
+        group.add_argument(
+            f"--with-{option}", dest=f"with_{option}", action="append", type=_or_none(kind),
+            default=[], metavar=metavar, help=f"of a --with motion, as --{option} is of MOTION",
+        )  # fmt: skip
     group.add_argument(
         "--frequencies", type=_frequencies, metavar="HZ,HZ,...",
         help="of everybody's ultrasonic sources; different ones sound at the same time, equal ones "
@@ -66,6 +72,7 @@ def check_people(arguments: argparse.Namespace) -> None:
     for option, given in (
         ("--place", arguments.places), ("--with-body", arguments.other_bodies),
         ("--frequencies", arguments.frequencies),
+        *((f"--with-{o}", getattr(arguments, f"with_{o}")) for o, _, _ in FILE_OPTIONS),
     ):  # fmt: skip
         if given and not others:
             raise UsageError(f"{option} is for several people: name the others by --with MOTION")
@@ -113,14 +120,27 @@ def people(arguments: argparse.Namespace, first: Motion, suit_of: SuitOf) -> tup
 
 def _others(arguments: argparse.Namespace) -> list[Motion]:
     """Motions of all but the first."""
-    motions = []
-    for i, text in enumerate(arguments.others):
-        own = argparse.Namespace(**vars(arguments))
-        own.motion, own.body = text, (arguments.other_bodies or [None] * (i + 1))[i]
-        for option in _FILE_OPTIONS:
-            setattr(own, option, None)
-        motions.append(chosen_motion(own))
-    return motions
+    return [_other(arguments, i) for i in range(len(arguments.others))]
+
+
+def _other(arguments: argparse.Namespace, index: int) -> Motion:
+    """Motion of one of them; raises `UsageError` that names the option of the others."""
+    own = argparse.Namespace(**vars(arguments))
+    own.motion = arguments.others[index]
+    own.body = arguments.other_bodies[index] if arguments.other_bodies else None
+    for option in _BODY_OPTIONS:
+        setattr(own, option, None)
+    for option, _, _ in FILE_OPTIONS:
+        given = getattr(arguments, f"with_{option}")
+        setattr(own, option, given[index] if given else None)
+    try:
+        return chosen_motion(own)
+    except UsageError as error:
+        text = str(error)
+        for option, _, _ in FILE_OPTIONS:
+            if text.startswith(f"--{option} "):
+                text = text.replace(f"--{option} ", f"--with-{option} ", 1)
+        raise UsageError(text) from error
 
 
 def _of_one_rate(motions: dict[str, Motion], fastest_joint: float) -> dict[str, Motion]:
@@ -159,6 +179,15 @@ def _check_apart(both: Motion, widths: list[int]) -> None:
                     f"--place: {NAMES[j]} and {NAMES[i]} stand in each other (roots {nearest:.2f} "
                     f"m apart at {when:.2f} s); move {NAMES[i]}, as --place 1.5,0,180 does"
                 )
+
+
+def _or_none(kind: Callable[[str], Any]) -> Callable[[str], Any]:
+    """An argparse type that reads - as nothing."""
+
+    def read(text: str) -> Any:
+        return None if text == "-" else kind(text)
+
+    return read
 
 
 def _place(text: str) -> tuple[float, float, float]:

@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mocap_jax.cli.exit_codes import SUCCESS, unknown_choice
+from mocap_jax.cli.far_anchors import far_anchors, unheard_anchors
 from mocap_jax.cli.files import output_file
 from mocap_jax.cli.motion_choice import add_motion_arguments, chosen_motion
 from mocap_jax.cli.parser import count
 from mocap_jax.cli.people import add_people_arguments, check_people, people
 from mocap_jax.cli.people_figures import everybodys_figures
+from mocap_jax.cli.raw_choices import add_raw_arguments, raw_options
 from mocap_jax.cli.setup_choice import (
     add_setup_argument,
     setup_figures,
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
     from mocap_jax.io import SetupFigures
     from mocap_jax.motion import Motion
     from mocap_jax.simulation import Profile, SimulationOptions, Suit
+    from mocap_jax.simulation.raw import RawOptions
 
 SUMMARY = "simulate the sensors of a person who performs a known motion"
 EXAMPLE = "mocap-jax simulate walking:0-3 -o walk.mcap --profile field --seed 1"
@@ -59,10 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_setup_argument(parser, "readings err by it, and the set-up says so (default: --sensors')")
     parser.add_argument("--seed", type=count, default=0, metavar="N", help="of all random errors")
-    parser.add_argument(
-        "--raw", action="store_true",
-        help="write what the driver box samples (0.3 MB a second and wire); see mocap-jax decode",
-    )  # fmt: skip
+    add_raw_arguments(parser)
     add_motion_arguments(parser)
     add_people_arguments(parser)
     add_recording_arguments(parser)
@@ -78,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     if arguments.profile not in PROFILES:
         raise unknown_choice("--profile", "profile", arguments.profile, PROFILES)
-    options = simulation_options(arguments)
+    options, wires = simulation_options(arguments), raw_options(arguments)
     check_people(arguments)
     motion = chosen_motion(arguments)
     suit = None if arguments.others else _suit(arguments, motion.body)
@@ -89,7 +89,7 @@ def run(arguments: argparse.Namespace) -> int:
     if figures is not None and suit is not None and arguments.others and arguments.setup == worn:
         figures = everybodys_figures(figures, suit)
     if arguments.raw:
-        return _run_raw(arguments, output, motion, suit, options, figures)
+        return _run_raw(arguments, output, motion, suit, options, wires, figures)
     profile = _profile(arguments.profile, figures)
     recording = simulate(
         motion, profile=profile, seed=arguments.seed, suit=suit, options=options,
@@ -98,6 +98,8 @@ def run(arguments: argparse.Namespace) -> int:
     if figures is not None:
         for text in strangers(arguments.setup, figures, recording.setup, tuple(recording.inertial)):
             warn_on_stderr(text)
+    for text in unheard_anchors(recording.ranges, options):
+        warn_on_stderr(text)
     write_recording(output, recording)
     start, end = recording.interval
     print(
@@ -133,6 +135,7 @@ def _run_raw(
     motion: Motion,
     suit: Suit | None,
     options: SimulationOptions,
+    wires: RawOptions,
     figures: SetupFigures | None,
 ) -> int:
     """Write the raw recording of a motion."""
@@ -143,12 +146,14 @@ def _run_raw(
     profile = _profile(arguments.profile, figures)
     raw = simulate_raw(
         motion, profile=profile, seed=arguments.seed, suit=suit, options=options,
-        calibration=None if figures is None else figures.calibration,
+        raw=wires, calibration=None if figures is None else figures.calibration,
     )  # fmt: skip
     if figures is not None:
         boards = tuple(s.name for s in raw.recording.setup.sensors)
         for text in strangers(arguments.setup, figures, raw.recording.setup, boards):
             warn_on_stderr(text)
+    for text in far_anchors(raw, options):
+        warn_on_stderr(text)
     pieces = tqdm(raw.chunks(), desc="simulate", total=raw.pieces, disable=None)
     raw.write(output, pieces)
     print(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,3 +46,28 @@ def speed_at(
     else:
         celsius = np.full(len(time), temperature(recording.setup.speed_of_sound))
     return speed_of_sound(celsius, air.humidity or 0.0)
+
+
+def by_wire(
+    speed: Float[np.ndarray, "n"],
+    wires: tuple[str, ...],
+    celsius: Mapping[str, float],
+    air: AirOptions,
+) -> Float[np.ndarray, "n r"]:
+    """Speed of sound at every pulse for every wire [m/s].
+
+    Args:
+        speed: where nothing else is known [m/s].
+        wires: their names.
+        celsius: readings of wires' own thermometers [degrees Celsius].
+        air: a temperature in it takes the place of all readings.
+    """
+    common = np.broadcast_to(speed[:, None], (len(speed), len(wires)))
+    own = {} if air.celsius is not None else celsius
+    if not own:
+        return common
+    out = common.copy()
+    for r, name in enumerate(wires):
+        if name in own:
+            out[:, r] = speed_of_sound(own[name], air.humidity or 0.0)
+    return out

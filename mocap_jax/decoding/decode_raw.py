@@ -3,27 +3,26 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from jax import device_put
 
-from mocap_jax.decoding.air import AirOptions, speed_at
+from mocap_jax.decoding.air import AirOptions, by_wire, speed_at
 from mocap_jax.decoding.bands import FrequencyBands, frequency_bands
 from mocap_jax.decoding.inertial import BoardSummary, inertial_stream, with_round_off
 from mocap_jax.decoding.pulses import Pulses
-from mocap_jax.decoding.reach import longest_distances
-from mocap_jax.errors import InputError
+from mocap_jax.decoding.ranges import wire_ranges
+from mocap_jax.decoding.unheard import sentences, without_faint_anchors
+from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.io import protobuf_messages as pb
 from mocap_jax.io.raw_file import RawReader
 from mocap_jax.io.topics import ACOUSTIC, DRIVER_BOX
-from mocap_jax.recording import DriverBox, RangeStream, Recording, SensorSpec, calibrated
+from mocap_jax.recording import DriverBox, SensorSpec, Setup, calibrated
 from mocap_jax.signals.telemetry.converter import ConverterScales
 from mocap_jax.signals.ultrasonic.arrivals import DetectorOptions
 from mocap_jax.signals.ultrasonic.bands import SAMPLE_RATE_HZ
-from mocap_jax.signals.ultrasonic.distances import measure
 from mocap_jax.signals.wire import Emissions, WireDecoder
 
 _ANCHOR = "anchor/"
@@ -57,6 +56,8 @@ class Decoded:
     """Emissions that the recording should name between those it names."""
     remarks: tuple[str, ...] = ()
     """On frequencies of unknown sources, and those that are too near to each other."""
+    unheard: tuple[str, ...] = ()
+    """Which worn sources are not heard, and which anchors were left out, in sentences."""
 
 
 @dataclass
@@ -117,7 +118,7 @@ def decode_raw(
     with ThreadPoolExecutor(max(1, workers)) as pool:
         batch: dict[str, tuple[float, np.ndarray]] = {}
         for topic, payload in reader.messages():
-            decoder = decoder or _Decoder(path, reader.driver_box(), options)
+            decoder = decoder or _Decoder(path, reader.driver_box(), reader.setup(), options)
             name = topic[len(ACOUSTIC) :]
             if not topic.startswith(ACOUSTIC):
                 stamp, source = pb.decode_pulse(payload)
@@ -148,15 +149,37 @@ class _Decoder:
     """The pulses and the detectors that all wires share."""
 
     def __init__(
-        self, path: str | os.PathLike[str], box: DriverBox, options: DetectorOptions | None
+        self,
+        path: str | os.PathLike[str],
+        box: DriverBox,
+        setup: Setup,
+        options: DetectorOptions | None,
     ) -> None:
-        self.path, self.box = path, box
-        self.options = options or DetectorOptions()
+        self.path, self.box, self.interval = path, box, setup.pulse_interval
+        self.options = (options or DetectorOptions()).in_slots(setup.pulse_interval)
         try:
             self.bands = frequency_bands(box, self.options)
         except InputError as error:
             raise InputError(f"{path}: {DRIVER_BOX}: {error}") from error
         self.pulses = Pulses(self.bands.index)
+        if setup.sources:  # otherwise the pulses name them, and the check waits for the last
+            self._check("source_offset_m", box.source_offset_m, setup.sources)
+
+    @property
+    def farthest(self) -> float:
+        """Longest distance that is looked for [m]."""
+        assert self.options.farthest_m is not None  # of `in_slots`
+        return self.options.farthest_m
+
+    def check_names(self, declared: tuple[str, ...], wires: tuple[str, ...]) -> None:
+        """Refuse figures of what is not there; raises `InputError`."""
+        self._check("source_offset_m", self.box.source_offset_m, self.pulses.sources(declared)[1])
+        self._check("receiver_celsius", self.box.receiver_celsius, wires)
+
+    def _check(self, table: str, names: Iterable[str], valid: tuple[str, ...]) -> None:
+        for name in names:
+            if name not in valid:
+                raise unknown_name(f"{self.path}: {DRIVER_BOX}: name in {table}:", name, valid)
 
 
 def _feed(
@@ -195,7 +218,14 @@ def _assembled(
     for name, wire in own.items():
         streams[name], boards[name] = inertial_stream([w.frames() for w in wire.stretches], scales)
     speed = speed_at(rest, pulses.time, air)
-    ranges, heard = _ranges(rest, decoder, wires, speed)
+    decoder.check_names(rest.setup.sources, tuple(wires))
+    stretches = {name: tuple(wire.stretches) for name, wire in wires.items()}
+    ranges, heard = wire_ranges(
+        rest, box, pulses, decoder.bands, stretches,
+        speed=by_wire(speed, tuple(wires), box.receiver_celsius, air),
+        farthest=decoder.farthest,
+    )  # fmt: skip
+    ranges, faint = without_faint_anchors(ranges, pulses)
     facts = rest.setup.provenance | {"detector": decoder.options.detector, "decoded": True}
     given = {"air_celsius": air.celsius, "air_humidity": air.humidity}
     facts |= {name: value for name, value in given.items() if value is not None}
@@ -215,42 +245,5 @@ def _assembled(
     unknown = decoder.bands.strangers(pulses.sources(rest.setup.sources)[1])
     remarks = tuple(f"{DRIVER_BOX}: {text}" for text in unknown)
     remarks += decoder.bands.remarks(pulses.sources(())[1])
-    return Decoded(recording, boards, heard, slots, gaps, missing, remarks)
-
-
-def _ranges(
-    rest: Recording,
-    decoder: _Decoder,
-    wires: dict[str, _Wire],
-    speed: np.ndarray,
-) -> tuple[RangeStream, int]:
-    """Distances of all pairs, in order of emission."""
-    time, names = decoder.pulses.time, tuple(wires)
-    source, source_names = decoder.pulses.sources(rest.setup.sources)
-    delay = np.full((len(time), len(names)), np.nan)
-    amplitude, deviation = np.full_like(delay, np.nan), np.full_like(delay, np.nan)
-    for r, wire in enumerate(wires.values()):
-        for stretch in wire.stretches:
-            found = stretch.arrivals()
-            delay[found.pulse, r] = found.delay
-            amplitude[found.pulse, r] = found.amplitude / decoder.box.reference
-            deviation[found.pulse, r] = found.deviation
-    known = decoder.box.source_offset_m
-    offset = np.array([known.get(name, 0.0) for name in source_names])
-    farthest = np.minimum(decoder.options.farthest_m, longest_distances(rest, source_names, names))
-    out = measure(
-        time, source, delay, amplitude, speed, offset,
-        farthest=farthest, deviation=deviation, nominal=rest.setup.noise.range,
-        frequency=decoder.bands.of(source_names),
-    )  # fmt: skip
-    pulse, receiver = np.nonzero(out.confidence > 0)
-    ranges = RangeStream(
-        time=device_put(time[pulse]),
-        source=device_put(source[pulse]),
-        receiver=device_put(receiver),
-        distance=device_put(out.distance[pulse, receiver]),
-        confidence=device_put(out.confidence[pulse, receiver]),
-        source_names=source_names,
-        receiver_names=names,
-    )
-    return ranges, int(np.isfinite(delay).sum())
+    unheard = sentences(ranges, pulses, faint, decoder.interval, decoder.farthest)
+    return Decoded(recording, boards, heard, slots, gaps, missing, remarks, unheard)

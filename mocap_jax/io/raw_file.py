@@ -21,8 +21,9 @@ from mocap_jax.io.mcap_read import DAMAGE, Contents
 from mocap_jax.io.mcap_write import METADATA_NAME
 from mocap_jax.io.recording_reader import recording_from
 from mocap_jax.io.recording_writer import mcap_file
-from mocap_jax.io.topics import ACOUSTIC, DRIVER_BOX, PULSE
-from mocap_jax.recording import DriverBox, Recording
+from mocap_jax.io.setup_toml import setup_from_toml
+from mocap_jax.io.topics import ACOUSTIC, DRIVER_BOX, PULSE, SETUP
+from mocap_jax.recording import DriverBox, Recording, Setup
 
 Piece = tuple[int, Int16[np.ndarray, "r count"]]
 
@@ -55,8 +56,9 @@ def write_raw(
     """
     file = mcap_file(recording, "raw")
     figures = asdict(box)
-    if not box.source_frequency_hz:  # as files were before there were others than 40 kHz
-        del figures["source_frequency_hz"]
+    for later in ("source_frequency_hz", "receiver_celsius"):
+        if not figures[later]:  # as files were before there were these
+            del figures[later]
     file.attach(DRIVER_BOX, "application/toml", tomli_w.dumps(figures))
     none = np.zeros(0, np.int64)
     for name in wires:
@@ -178,7 +180,21 @@ class RawReader:
         for name in values:
             if name not in known:
                 raise unknown_name(f"{where}: entry", name, known)
-        return DriverBox(**values)
+        try:
+            return DriverBox(**values)
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from error
+
+    def setup(self) -> Setup:
+        """The set-up; defaults where the file has none, or not yet.
+
+        Raises:
+            InputError: the attachment is wrong.
+        """
+        raw = self._contents.attachments.get(SETUP)
+        if raw is None:
+            return Setup()
+        return setup_from_toml(raw.decode(errors="replace"), f"{self._path}: {SETUP}")
 
     def recording(self) -> Recording:
         """All but the wires; complete once `messages` has ended.

@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
+
+from mocap_jax.errors import InputError
+
+_POSITIVE = (
+    "reference", "accelerometer_full_scale", "gyroscope_full_scale", "resonance_hz", "quality",
+)  # fmt: skip
+_TABLES = ("source_offset_m", "receiver_celsius")
 
 
 @dataclass(frozen=True)
@@ -24,3 +32,23 @@ class DriverBox:
     """Of each source's bursts by site name; what is not named has 40 kHz."""
     source_offset_m: dict[str, float] = field(default_factory=dict)
     """Calibrated excess of each source's distances by site name [m]; what is not named has none."""
+    receiver_celsius: dict[str, float] = field(default_factory=dict)
+    """What the own thermometers of anchors that receive read, by site name [degrees Celsius]; what
+    is not named has the recording's temperature."""
+
+    def __post_init__(self) -> None:
+        for name in _POSITIVE:
+            value = getattr(self, name)
+            if not _finite(value) or value <= 0:
+                raise InputError(f"{name}: {value}; valid: numbers above 0")
+        for name in _TABLES:
+            table = getattr(self, name)
+            if not isinstance(table, dict):
+                raise InputError(f"{name} must be a table of numbers by name")
+            for key, value in table.items():
+                if not _finite(value):
+                    raise InputError(f"{name} of '{key}': {value}; valid: numbers")
+
+
+def _finite(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

@@ -12,7 +12,6 @@ from mocap_jax.signals.ultrasonic.arrivals import ArrivalDetector, Arrivals
 from mocap_jax.signals.ultrasonic.bands import (
     MARGIN,
     SAMPLE_RATE_HZ,
-    TAIL,
     TELEMETRY_RATE_HZ,
     TELEMETRY_STEP,
     spectrum_of,
@@ -20,8 +19,6 @@ from mocap_jax.signals.ultrasonic.bands import (
 
 BLOCK_SAMPLES = 76_800
 """Samples that are transformed at once."""
-INNER_SAMPLES = BLOCK_SAMPLES - MARGIN - TAIL
-"""Of which are new: 61 slots of 8 ms."""
 _SPARE = 8
 
 
@@ -69,6 +66,8 @@ class WireDecoder:
         self, detectors: tuple[ArrivalDetector, ...], start: float, *, silent: bool = False
     ) -> None:
         self._detectors, self._silent = detectors, silent
+        self._slot = max(detector.slot_samples for detector in detectors)
+        self._inner = BLOCK_SAMPLES - 2 * MARGIN - self._slot  # new ones: 61 slots of 8 ms
         self._telemetry = TelemetryReceiver(TELEMETRY_RATE_HZ)
         self._waiting: list[np.ndarray] = [np.zeros(MARGIN, np.int16)]
         self._count = MARGIN
@@ -98,34 +97,37 @@ class WireDecoder:
         left = self._count - MARGIN
         if left <= 0:
             return
-        last = end - MARGIN / SAMPLE_RATE_HZ
-        silence = np.zeros(INNER_SAMPLES - (left - 1) % INNER_SAMPLES - 1 + TAIL, np.int16)
+        last = end - self._slot / SAMPLE_RATE_HZ
+        spare = self._inner - (left - 1) % self._inner - 1
+        silence = np.zeros(spare + self._slot + MARGIN, np.int16)
+        recorded = self._count
         self._waiting.append(silence)
         self._count += len(silence)
         while self._count >= BLOCK_SAMPLES:
-            self._block(pulses.until(last))
+            self._block(pulses.until(last), recorded)
+            recorded -= self._inner
 
-    def _block(self, pulses: Emissions) -> None:
+    def _block(self, pulses: Emissions, recorded: int = BLOCK_SAMPLES) -> None:
         every = np.concatenate(self._waiting)
         block, start = every[:BLOCK_SAMPLES], self._block_start
         spectrum = spectrum_of(block)
         inner = start + MARGIN / SAMPLE_RATE_HZ
         here = np.arange(
             np.searchsorted(pulses.time, inner - 1e-9),
-            np.searchsorted(pulses.time, inner + INNER_SAMPLES / SAMPLE_RATE_HZ - 1e-9),
+            np.searchsorted(pulses.time, inner + self._inner / SAMPLE_RATE_HZ - 1e-9),
         )
         for band, detector in enumerate(self._detectors):
             own = here[pulses.band[here] == band]
             if own.size:
                 sound = detector.splitter.sound(spectrum)
-                self._keep(own, detector.detect(*sound, pulses.time[own] - start))
+                self._keep(own, detector.detect(*sound, pulses.time[own] - start, recorded))
         if not self._silent:
             self._receive(spectrum, inner)
-        self._waiting, self._count = [every[INNER_SAMPLES:]], len(every) - INNER_SAMPLES
-        self._block_start = start + INNER_SAMPLES / SAMPLE_RATE_HZ
+        self._waiting, self._count = [every[self._inner :]], len(every) - self._inner
+        self._block_start = start + self._inner / SAMPLE_RATE_HZ
 
     def _receive(self, spectrum: Complex[np.ndarray, "f"], inner: float) -> None:
-        low, high = MARGIN // TELEMETRY_STEP - _SPARE, (BLOCK_SAMPLES - TAIL) // TELEMETRY_STEP
+        low, high = MARGIN // TELEMETRY_STEP - _SPARE, (MARGIN + self._inner) // TELEMETRY_STEP
         telemetry = self._detectors[0].splitter.telemetry(spectrum)
         self._telemetry.feed(telemetry[low : high + _SPARE], inner, _SPARE)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from mocap_jax.body.site_names import SOURCE_PREFIX
@@ -44,8 +46,10 @@ def sample_ranges(
     offset = true_offsets(suit, profile, seed)
     parameters |= offset_parameters(suit, offset)
     heard = _detections(flights, profile, options, seed)
-    scale, degrees = _thermometers(suit, speed, profile, seed)
-    parameters |= degrees
+    errors = thermometer_errors(suit, profile, seed)
+    parameters |= thermometer_parameters(errors)
+    kelvin = float(temperature(speed)) + _KELVIN
+    scale = np.array([np.sqrt(1 + errors.get(name, 0.0) / kelvin) for name in suit.receiver_names])
     distance = heard.path * (options.speed_of_sound / speed * scale)
     distance = distance + offset[flights.source][:, None]
     if profile.white:
@@ -73,17 +77,19 @@ def true_speed(profile: Profile, options: SimulationOptions, seed: int) -> float
     return options.speed_of_sound * (1.0 + profile.speed_of_sound * error)
 
 
-def _thermometers(
-    suit: Suit, speed: float, profile: Profile, seed: int
-) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """What wrong thermometers scale each receiver's distances by (r,), and their errors [K]."""
-    kelvin = float(temperature(speed)) + _KELVIN
-    errors = {
-        name: profile.anchor_temperature * stream(seed, f"thermometer/{name}").standard_normal()
+def thermometer_errors(suit: Suit, profile: Profile, seed: int) -> dict[str, float]:
+    """By how much the thermometers of anchors that receive are wrong, by site name [K]."""
+    return {
+        name: float(
+            profile.anchor_temperature * stream(seed, f"thermometer/{name}").standard_normal()
+        )
         for name in suit.listening_anchors
     }
-    scale = [np.sqrt(1 + errors.get(name, 0.0) / kelvin) for name in suit.receiver_names]
-    return np.array(scale), {f"anchor_temperature/{n}": np.array(e) for n, e in errors.items()}
+
+
+def thermometer_parameters(errors: Mapping[str, float]) -> dict[str, np.ndarray]:
+    """These errors as parameters of the truth."""
+    return {f"anchor_temperature/{name}": np.array(error) for name, error in errors.items()}
 
 
 def true_offsets(suit: Suit, profile: Profile, seed: int) -> np.ndarray:

@@ -51,7 +51,7 @@ def scenes(seconds: float) -> dict[str, dict[str, ArmScene]]:
     }
 
 
-def report(seconds: float, figures: Path | None) -> dict[str, Any]:
+def report(seconds: float, seed: int, figures: Path | None) -> dict[str, Any]:
     """Run and print all of them, one trial each."""
     out: dict[str, Any] = {}
     geometry: dict[str, dict[str, ArmErrors]] = {}
@@ -60,7 +60,7 @@ def report(seconds: float, figures: Path | None) -> dict[str, Any]:
     for group, members in scenes(seconds).items():
         print(f"\n{group}:")
         for name, scene in members.items():
-            recording = simulate_arm(scene, 0)
+            recording = simulate_arm(scene, seed)
             columns = {
                 n: t.errors(recording) for n, t in track(recording, scene, _COMPARED).items()
             }

@@ -33,14 +33,14 @@ _BENT = np.deg2rad(30.0)
 _SHARE = 0.2
 
 
-def report(trials: int, seconds: float, figures: Path | None) -> dict[str, Any]:
-    """Run the trials and print the tables."""
+def report(trials: int, seconds: float, first: int, figures: Path | None) -> dict[str, Any]:
+    """Run the trials, from that of seed `first` on, and print the tables."""
     scene = ArmScene(movement=ArmMovement(seconds=seconds))
     describe(scene, trials)
     whole: dict[str, list[ArmErrors]] = {}
     bent: dict[str, list[ArmErrors]] = {}
     clamped = []
-    for seed in range(trials):
+    for seed in range(first, first + trials):
         recording = simulate_arm(scene, seed)
         tracks = track(recording, scene)
         dirty = simulate_arm(dataclasses.replace(scene, outliers=_SHARE), seed)
@@ -49,8 +49,8 @@ def report(trials: int, seconds: float, figures: Path | None) -> dict[str, Any]:
             whole.setdefault(name, []).append(found.errors(recording))
             bent.setdefault(name, []).append(found.errors(recording, _BENT))
         clamped.append(float(tracks[PAPER].clamped.mean()))
-        print(f"trial {seed + 1}: " + _short(tracks, whole), flush=True)
-        if seed == 0 and figures is not None:
+        print(f"trial {seed - first + 1}: " + _short(tracks, whole), flush=True)
+        if seed == first and figures is not None:
             trial_figure(recording, tracks, figures / "arm_tracker_trial.png")
     columns = {name: pooled(each) for name, each in whole.items()}
     print("\nOver all pulses:")
@@ -60,7 +60,7 @@ def report(trials: int, seconds: float, figures: Path | None) -> dict[str, Any]:
     above = {name: pooled(each) for name, each in bent.items()}
     print_table(above)
     bars(columns)
-    spatial = in_space(scene)
+    spatial = in_space(scene, first)
     return {
         "all": as_json(columns), "bent": as_json(above), "spatial": as_json(spatial),
         "clamped": float(np.mean(clamped)),
@@ -94,9 +94,9 @@ def bars(columns: dict[str, ArmErrors]) -> None:
     print("robust optimiser, with outliers over without (below 1.5): " + _ratios(ratio))
 
 
-def in_space(scene: ArmScene) -> dict[str, ArmErrors]:
+def in_space(scene: ArmScene, seed: int) -> dict[str, ArmErrors]:
     """The arm with a ball joint at the shoulder, on the first trial."""
-    recording = declared(simulate_arm(scene, 0), scene, "ball")
+    recording = declared(simulate_arm(scene, seed), scene, "ball")
     start = joint_filter(recording, smooth=True)
     tracks = {JOINTS: joint_filter(recording), OPTIMISER: optimised(recording, initial=start)}
     print("\nFirst trial, shoulder as a ball joint (the shoulder's row follows the swivel, which "

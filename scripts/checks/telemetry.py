@@ -51,7 +51,7 @@ def through_the_chain(noise: float, seconds: float, seed: int) -> Chain:
     right = modulated.levels[np.clip(frame, 0, len(modulated.levels) - 1)]
     known = np.isfinite(levels.values)
     wrong = ((levels.values != right) & known).any(axis=1) | ~inside
-    total = len(walk)
+    total = len(modulated.levels)  # the last superframe is filled up
     at = np.rint(place).astype(np.int64)
     centre = (np.abs(place - at) < 0.02) & (at >= 0) & (at < len(bits))
     errors = (volts[centre] > 0) != bits[at[centre]]

@@ -6,6 +6,31 @@ import numpy as np
 
 from mocap_jax.io import read_recording
 
+SUIT = """
+[[boards]]
+name = "pelvis"
+segment = "Pelvis"
+position = [0.1, 0.0, 0.0]
+orientation = [0.7071067811865476, 0.0, 0.7071067811865476, 0.0]
+
+[[sources]]
+name = "belly"
+segment = "Pelvis"
+position = [0.12, 0.0, 0.05]
+orientation = [0.7071067811865476, 0.0, 0.7071067811865476, 0.0]
+
+[[anchors]]
+name = "lamp"
+position = [3.0, 0.0, 3.2]
+orientation = [0.0, 1.0, 0.0, 0.0]
+emits = true
+
+[[anchors]]
+name = "ear"
+position = [0.7, 0.0, 1.2]
+orientation = [0.7071067811865476, 0.0, -0.7071067811865476, 0.0]
+"""
+
 
 def test_simulated_wires_are_decoded(run, nod, tmp_path):
     raw, out = tmp_path / "nod.raw.mcap", tmp_path / "nod.mcap"
@@ -49,3 +74,23 @@ def test_wrong_detector_and_wrong_file_say_what_is_valid(run, recording_file, tm
 def test_orientations_cannot_be_sent(run, tmp_path):
     outcome = run("simulate", "routine", "--raw", "--orientations", "-o", tmp_path / "a.mcap")
     assert outcome.code == 2 and "--orientations" in outcome.err
+
+
+def test_anchors_too_far_for_the_slots_are_told(run, nod, tmp_path):
+    """When they are simulated and when they are decoded; longer slots hear them."""
+    worn, out = tmp_path / "worn.toml", tmp_path / "far.mcap"
+    worn.write_text(SUIT)
+    asked = ["simulate", nod, "--sensors", worn, "--profile", "ideal", "-o", out]
+    (line,) = run(*asked).error_lines
+    assert "no distance is measured to anchor/lamp: the slots hear 2.75 m" in line
+    (line,) = run(*asked, "--raw").error_lines
+    assert "nothing comes near enough to anchor/lamp" in line and "--pulse-interval" in line
+    (line,) = run("decode", out, "-o", tmp_path / "heard.mcap").error_lines
+    assert line.endswith("anchor/lamp: too faint, left out (slots of 8 ms hear 2.75 m)")
+    longer = run(*asked, "--raw", "--pulse-interval", "0.016")
+    assert longer.code == 0 and longer.err == ""
+    heard = run("decode", out, "-o", tmp_path / "heard.mcap")
+    assert heard.code == 0 and heard.err == ""
+    ranges = read_recording(tmp_path / "heard.mcap").ranges
+    lamp = np.asarray(ranges.source) == ranges.source_names.index("anchor/lamp")
+    assert lamp.sum() > 20 and np.asarray(ranges.distance)[lamp].min() > 3.0

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from mocap_jax.cli.main import build_parser
+from mocap_jax.cli.raw_choices import raw_options
 from mocap_jax.cli.simulation_choices import simulation_options
 from mocap_jax.io import read_recording
 from mocap_jax.simulation import SimulationOptions, earth_field
+from mocap_jax.simulation.raw import RawOptions
 
 
 def asked(*options: str) -> SimulationOptions:
@@ -42,6 +44,19 @@ def test_every_argument_sets_its_option():
     assert same == ["speed_of_sound", "start_utc_ns"], "the others have an argument"
 
 
+def test_levels_and_the_room_are_as_asked():
+    asked_for = ["--raw", "--raw-set", "floor_m=0", "--raw-set", "interference=600"]
+    parsed = build_parser().parse_args(["simulate", "walking", "-o", "a.mcap", *asked_for])
+    assert raw_options(parsed) == RawOptions(floor_m=0.0, interference=600.0)
+
+
+def test_longer_slots_hear_farther_unless_told_otherwise():
+    assert asked("--pulse-interval", "0.016").max_range_m == pytest.approx(5.5)
+    assert asked("--pulse-interval", "0.004").max_range_m == pytest.approx(1.375)
+    assert asked("--pulse-interval", "0.016", "--max-range", "3").max_range_m == 3.0
+    assert asked("--pulse-interval", "1").max_range_m == 20.0, "no sound comes farther"
+
+
 def test_the_recording_is_as_asked(run, tmp_path):
     output = tmp_path / "part.mcap"
     outcome = run(
@@ -62,6 +77,10 @@ def test_the_recording_is_as_asked(run, tmp_path):
         (["--rate", "0"], "from 10 to 5000"), (["--rest", "-1"], "from 0.5 to 600"),
         (["--magnetometers", "120"], "from -90 to 90"),
         (["--raw", "--rate", "60"], "--rate: the driver box"),
+        (["--raw-set", "floor_m=0"], "--raw-set is for --raw"),
+        (["--raw", "--raw-set", "flor_m=0"], "unknown name 'flor_m'; valid: floor_m"),
+        (["--raw", "--raw-set", "floor_m=low"], "floor_m=low: expected NAME=NUMBER"),
+        (["--raw", "--raw-set", "wall_reflection=2"], "wall_reflection 2: valid are 0 to 1"),
         (["--raw", "--magnetometers", "50"], "--magnetometers: the driver box"),
     ],
 )  # fmt: skip

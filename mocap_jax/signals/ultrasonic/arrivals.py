@@ -8,13 +8,23 @@ distance; what arrives early and faint is an echo of the pulse before.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Complex, Float
 
-from mocap_jax.errors import unknown_name
-from mocap_jax.signals.ultrasonic.bands import MARGIN, SOUND_RATE_HZ, SOUND_STEP, BandSplitter
+from mocap_jax.errors import InputError, unknown_name
+from mocap_jax.signals.ultrasonic.bands import (
+    LONGEST_M,
+    MARGIN,
+    SLOT_M,
+    SLOT_SAMPLES,
+    SOUND_RATE_HZ,
+    SOUND_STEP,
+    BandSplitter,
+    heard_in_slot,
+)
 from mocap_jax.signals.ultrasonic.blur import blur
 from mocap_jax.signals.ultrasonic.burst import CARRIER_HZ, Transducer, envelope
 
@@ -44,13 +54,25 @@ class DetectorOptions:
     below which a sound is passed over while a later one exceeds it: half of where w_s falls."""
     nearest_m: float = 0.05
     """Shorter distances are not looked for."""
-    farthest_m: float = 2.75
-    """Nor longer ones (Vlasic 2007, section 3.2)."""
+    farthest_m: float | None = None
+    """Nor longer ones; None: than sound comes in a slot (2.75 m in 8 ms; Vlasic 2007, section 3.2),
+    since what comes later is not told from the next pulse."""
     transducer: Transducer = field(default_factory=Transducer)
 
     def __post_init__(self) -> None:
         if self.detector not in DETECTORS:
             raise unknown_name("detector", self.detector, DETECTORS)
+        if self.farthest_m is not None and not self.nearest_m < self.farthest_m <= LONGEST_M:
+            raise InputError(
+                f"farthest_m {self.farthest_m:g}: valid are numbers above {self.nearest_m:g} up to "
+                f"{LONGEST_M:g}"
+            )
+
+    def in_slots(self, interval: float) -> DetectorOptions:
+        """These for pulses of one frequency every `interval` seconds."""
+        if self.farthest_m is not None:
+            return self
+        return replace(self, farthest_m=max(heard_in_slot(interval), 2 * self.nearest_m))
 
 
 @dataclass(frozen=True)
@@ -82,6 +104,7 @@ class ArrivalDetector:
     ) -> None:
         self.splitter = BandSplitter(length, options.transducer)
         self._options, self._speed, self._reference = options, speed, reference
+        self._farthest = SLOT_M if options.farthest_m is None else options.farthest_m
         self._stretch = CARRIER_HZ / options.transducer.drive_hz  # of ten cycles
         self._rise = round(_RISE * self._stretch)
         self._offset, self._gain, self._blur = 0.0, 1.0, 0.0
@@ -91,6 +114,11 @@ class ArrivalDetector:
     def offset(self) -> float:
         """Time from the beginning of a nominal burst to what the detector marks [s]."""
         return self._offset
+
+    @property
+    def slot_samples(self) -> int:
+        """Samples of a wire in which a pulse is looked for, in whole slots of 8 ms."""
+        return math.ceil(self._farthest / SLOT_M - 1e-9) * SLOT_SAMPLES
 
     def _calibrated(self) -> tuple[float, float, float]:
         """Mark, gain and blur of a burst of unit amplitude, by detecting one without noise."""
@@ -122,6 +150,7 @@ class ArrivalDetector:
         narrow: Complex[np.ndarray, "s"],
         matched: Complex[np.ndarray, "s"],
         emission: Float[np.ndarray, "n"],
+        recorded: int | None = None,
     ) -> Arrivals:
         """First arrivals in one block of one wire.
 
@@ -129,10 +158,14 @@ class ArrivalDetector:
             narrow: see `Bands.sound`.
             matched: see `Bands.matched`.
             emission: times of the pulses since the block's first sample [s].
+            recorded: samples of the block that are no filling at its end; None: all. The noise is
+                measured in them.
         """
         sound = self._heard(narrow, matched)
         inner = MARGIN // SOUND_STEP
-        noise = float(np.median(np.abs(sound[inner:-inner]))) / np.sqrt(np.log(4.0))
+        last = len(sound) - inner if recorded is None else recorded // SOUND_STEP
+        level = np.abs(sound[inner : min(last, len(sound) - inner)])
+        noise = float(np.median(level)) / np.sqrt(np.log(4.0))
         start = emission * SOUND_RATE_HZ + self._offset * SOUND_RATE_HZ
         index, found = self._first(sound, start, noise)
         mark, amplitude = self._mark(sound, index)
@@ -149,7 +182,7 @@ class ArrivalDetector:
         opts = self._options
         # The peak behind the steepest rise.
         late = 0.0 if opts.detector == "matched" else 3.0 * self._stretch
-        first, last = (np.array([opts.nearest_m, opts.farthest_m]) / self._speed) * SOUND_RATE_HZ
+        first, last = (np.array([opts.nearest_m, self._farthest]) / self._speed) * SOUND_RATE_HZ
         begin = np.floor(start + first).astype(np.int64)
         window = begin[:, None] + np.arange(int(np.ceil(last - first + late)) + 2)
         level = np.abs(sound[np.clip(window, 0, len(sound) - 1)])

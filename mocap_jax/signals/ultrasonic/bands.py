@@ -17,12 +17,15 @@ from mocap_jax.signals.ultrasonic.burst import NOMINAL, Transducer, envelope
 SAMPLE_RATE_HZ = 150_000.0
 MARGIN = 1200
 """Samples at the beginning of a block that filters spoil [8 ms]."""
-TAIL = 2400
-"""Samples at its end: those, and the slot of the last pulse."""
+SLOT_S, SLOT_SAMPLES, SLOT_M = 0.008, 1200, 2.75
+"""Time between pulses of one frequency, its samples, and how far sound comes in it (Vlasic 2007,
+section 3.2)."""
 SOUND_STEP, TELEMETRY_STEP = 8, 2
 """Samples of the wire for each sample of the bands."""
 SOUND_RATE_HZ = SAMPLE_RATE_HZ / SOUND_STEP
 TELEMETRY_RATE_HZ = SAMPLE_RATE_HZ / TELEMETRY_STEP
+LONGEST_M = 20.0
+"""Longer distances are never looked for."""
 _HALF_WIDTH_HZ, _SKIRT_HZ = 2500.0, 500.0
 """40 kHz +- 2.5 kHz (Vlasic 2007, section 4.1)."""
 _MATCHED_WIDTH_HZ, _MATCHED_SKIRT_HZ = 3500.0, 2000.0
@@ -34,6 +37,11 @@ APART_HZ = 5000.0
 """Bursts of frequencies that are less apart pass each other's filters with a tenth of their
 amplitude or more (docs/raw.md)."""
 _TELEMETRY_PASS_HZ, _TELEMETRY_STOP_HZ = 8000.0, 13_000.0
+
+
+def heard_in_slot(interval: float) -> float:
+    """How far sound comes between two pulses of one frequency, `interval` seconds apart [m]."""
+    return min(SLOT_M * interval / SLOT_S, LONGEST_M)
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,7 @@ def measure(
     source: np.ndarray,
     delay: Float[np.ndarray, "n r"],
     amplitude: Float[np.ndarray, "n r"],
-    speed: Float[np.ndarray, "n"],
+    speed: Float[np.ndarray, "n"] | Float[np.ndarray, "n r"],
     offset: Float[np.ndarray, "s"],
     figures: DetectionFigures | None = None,
     *,
@@ -65,7 +65,7 @@ def measure(
         source: index of each pulse's source.
         delay: times of flight, NaN where nothing was heard [s].
         amplitude: relative to the direct sound on the axis at 1 m.
-        speed: of sound, at each pulse [m/s].
+        speed: of sound, at each pulse, for all microphones or for each [m/s].
         offset: calibrated excess of each source's distances [m].
         figures: thresholds.
         farthest: longer distances are not believed [m]; of all pairs or of each.
@@ -74,7 +74,8 @@ def measure(
         frequency: of the bursts [Hz]; of all sources or of each.
     """
     figures = DetectionFigures() if figures is None else figures
-    distance = speed[:, None] * delay - offset[source][:, None]
+    speed = speed if speed.ndim == 2 else speed[:, None]
+    distance = speed * delay - offset[source][:, None]
     longest = farthest if np.isscalar(farthest) else np.asarray(farthest)[source]
     distance[~((distance > 0) & (distance <= longest))] = np.nan
     heard = np.isfinite(distance)
@@ -85,13 +86,13 @@ def measure(
     strength = signal_confidence(level * 10.0 ** (loss * (way - 1.0) / 20.0), way, figures)
     continuity = continuity_confidence(time, source, way, strength, figures)
     if deviation is not None:
-        excess = np.where(heard, speed[:, None] * deviation / nominal, 0.0)
+        excess = np.where(heard, speed * deviation / nominal, 0.0)
         strength = strength / np.sqrt(1.0 + excess**2)
     return Distances(distance, np.where(heard, strength * continuity, 0.0))
 
 
 def _absorbed(
-    frequency: Float[np.ndarray, "s"], speed: Float[np.ndarray, "n"]
+    frequency: Float[np.ndarray, "s"], speed: Float[np.ndarray, "n r"]
 ) -> Float[np.ndarray, "s"]:
     """What air absorbs of each source's sound [dB/m]."""
     if not speed.size:

@@ -6,6 +6,12 @@ from dataclasses import dataclass
 
 from mocap_jax.errors import InputError
 
+_FROM_ZERO = {
+    "humidity": 100.0, "floor_reflection": 1.0, "wall_reflection": 1.0, "converter_noise": 32768.0,
+    "microphone_beam": 10.0, "interference": 32768.0, "detune_hz": 5000.0, "clock_ppm": 300.0,
+}  # fmt: skip
+"""Largest value of each option that may be 0."""
+
 
 @dataclass(frozen=True)
 class RawOptions:
@@ -46,3 +52,6 @@ class RawOptions:
         for name in ("reference", "telemetry", "wall_distance_m", "ceiling_m", "chunk_s"):
             if not getattr(self, name) > 0:
                 raise InputError(f"{name} {getattr(self, name):g}: must be above 0")
+        for name, most in _FROM_ZERO.items():
+            if not 0 <= getattr(self, name) <= most:
+                raise InputError(f"{name} {getattr(self, name):g}: valid are 0 to {most:g}")

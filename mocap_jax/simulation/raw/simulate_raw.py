@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jax import device_put
@@ -30,7 +30,13 @@ from mocap_jax.simulation.inertial import sample_inertial, sample_times
 from mocap_jax.simulation.options import SimulationOptions
 from mocap_jax.simulation.profiles import Profile, profile_named
 from mocap_jax.simulation.random_streams import stream
-from mocap_jax.simulation.ranging import offset_parameters, true_offsets, true_speed
+from mocap_jax.simulation.ranging import (
+    offset_parameters,
+    thermometer_errors,
+    thermometer_parameters,
+    true_offsets,
+    true_speed,
+)
 from mocap_jax.simulation.raw.amplifier import PASSED_HZ
 from mocap_jax.simulation.raw.boards import Board, make_board
 from mocap_jax.simulation.raw.noise import WireNoise
@@ -43,6 +49,7 @@ from mocap_jax.simulation.stage import Stage, declared_setup, set_stage
 from mocap_jax.simulation.suit import BURST_HZ, Suit
 
 _QUALITY = 20.0
+_KELVIN = 273.15
 
 
 @dataclass(frozen=True)
@@ -70,13 +77,18 @@ class RawSimulation:
     _seed: int
     duration: float
     """[s]"""
+    _thermometers: dict[str, float] = field(default_factory=dict)
 
     @property
     def box(self) -> DriverBox:
         """Figures that decoding needs, as declared."""
         named = zip(self.recording.setup.sources, self._frequencies, strict=True)
         others = {site: f for site, f in named if f != BURST_HZ}
-        return DriverBox(reference=self._options.reference, source_frequency_hz=others)
+        return DriverBox(
+            reference=self._options.reference,
+            source_frequency_hz=others,
+            receiver_celsius=self._thermometers,
+        )
 
     @property
     def pieces(self) -> int:
@@ -146,7 +158,7 @@ def simulate_raw(
 
     Raises:
         InputError: as `simulate`; a suit without sources; boards of another frame rate; bursts of
-            a frequency that the amplifier does not pass; thermometers of anchors.
+            a frequency that the amplifier does not pass.
     """
     options = SimulationOptions() if options is None else options
     raw = RawOptions() if raw is None else raw
@@ -156,7 +168,7 @@ def simulate_raw(
             f"inertial_rate_hz {options.inertial_rate_hz:g}: telemetry has {FRAME_RATE_HZ:g} Hz"
         )
     stage = set_stage(motion, errs, seed, suit, options)
-    _check_suit(stage.suit, errs)
+    _check_suit(stage.suit)
     time = sample_times(stage.duration, options.inertial_rate_hz)
     exact = replace(errs, white=False, loss=0.0, clock_offset=0.0)
     means, more = (
@@ -174,7 +186,7 @@ def simulate_raw(
     return _assembled(motion, stage, errs, options, raw, seed, boards, more, setup)
 
 
-def _check_suit(suit: Suit, profile: Profile) -> None:
+def _check_suit(suit: Suit) -> None:
     """Refuse what a driver box cannot record; raises `InputError`."""
     if not suit.source_sites:
         raise InputError("the suit has no ultrasonic sources; a raw recording needs at least one")
@@ -185,10 +197,6 @@ def _check_suit(suit: Suit, profile: Profile) -> None:
                 f"{site}: bursts of {frequency:g} Hz; the driver box's amplifier passes {low:g} to "
                 f"{high:g} Hz"
             )
-    if profile.anchor_temperature and suit.listening_anchors:
-        raise InputError(
-            "anchor_temperature: a raw recording has one thermometer for all wires; valid: 0"
-        )
 
 
 def _as_read(means: dict[str, InertialStream], setup: Setup) -> dict[str, InertialStream]:
@@ -221,12 +229,13 @@ def _assembled(
     )
     detuned = raw.detune_hz * stream(seed, "raw_resonance").standard_normal(len(offset))
     excess = offset + [setup.calibration.offset_of(s) for s in stage.suit.source_sites]
-    field = SoundField(
+    sound = SoundField(
         flights.time, flights.source, paths, speed, excess / options.speed_of_sound,
         [Resonator(f + d, _QUALITY, f) for f, d in zip(frequencies, detuned, strict=True)],
     )  # fmt: skip
     time = sample_times(stage.duration, options.inertial_rate_hz)
-    parameters = parameters | offset_parameters(stage.suit, offset)
+    wrong = thermometer_errors(stage.suit, errs, seed)
+    parameters = parameters | offset_parameters(stage.suit, offset) | thermometer_parameters(wrong)
     truth, q = stage.truth(time, parameters | {"speed_of_sound": np.array(speed)})
     # The thermometer's error is what makes the declared speed of sound wrong.
     air = np.arange(0.0, stage.duration, 1.0)
@@ -245,6 +254,20 @@ def _assembled(
     )
     return RawSimulation(
         recording, SAMPLE_RATE_HZ, stage.suit.receiver_names, flights.time, flights.source,
-        flights.distance, ~flights.occluded & (flights.cosine > 0), boards, field, frequencies, raw,
+        flights.distance, ~flights.occluded & (flights.cosine > 0), boards, sound, frequencies, raw,
         errs.hearing.noise if errs.detector else 0.0, seed, stage.duration,
+        _readings(wrong, celsius, speed) if errs.anchor_temperature else {},
     )  # fmt: skip
+
+
+def _readings(errors: dict[str, float], celsius: float, speed: float) -> dict[str, float]:
+    """What anchors' thermometers read [degrees Celsius], as wrong as in the direct simulation.
+
+    Args:
+        errors: of each [K].
+        celsius: reading of the common thermometer.
+        speed: the true one of sound [m/s].
+    """
+    kelvin = float(temperature(speed)) + _KELVIN
+    share = (celsius + _KELVIN) / kelvin
+    return {name: celsius + share * error for name, error in errors.items()}

@@ -195,12 +195,9 @@ def test_the_room_holds_everything(motion, suit):
     assert walls[1] == pytest.approx(4.5), "1.5 m beyond the lamp"
 
 
-def test_wrong_frequencies_and_thermometers(motion, suit, path, tmp_path):
+def test_wrong_frequencies(motion, suit, path, tmp_path):
     with pytest.raises(InputError, match="source/front: bursts of 20000 Hz; the driver box's"):
         simulate_raw(motion, suit=of_frequency(suit, 20e3), options=OPTIONS)
-    profile = replace(profile_named("ideal"), anchor_temperature=1.0)
-    with pytest.raises(InputError, match="anchor_temperature: a raw recording has one"):
-        simulate_raw(motion, profile=profile, suit=replace(suit, anchors=(EAR,)), options=OPTIONS)
     raw = simulate_raw(motion, profile="ideal", suit=suit, options=OPTIONS)
     first = [next(raw.chunks())]
     for wrong, words in ((60e3, "of 'source/front': 60000.0; valid: numbers from 25000 to 55000"),
