@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mocap_jax.cli.exit_codes import UsageError
 from mocap_jax.cli.files import output_file, read_input
 from mocap_jax.cli.parser import add_json_argument
 from mocap_jax.errors import InputError
@@ -87,9 +88,14 @@ def read_recordings(paths: list[str]) -> list[Recording]:
 
 @contextmanager
 def about(paths: list[str]) -> Iterator[None]:
-    """Put the names of the files in front of an input error about what is in them."""
+    """Put the names of the files in front of an input error about what is in them.
+
+    Wrong usage is not about the files: it stays as it is.
+    """
     try:
         yield
+    except UsageError:
+        raise
     except InputError as error:
         names = ", ".join(paths[:3]) + (f" and {len(paths) - 3} more" if len(paths) > 3 else "")
         raise InputError(f"{names}: {error}") from error

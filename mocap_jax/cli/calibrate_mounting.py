@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from mocap_jax.cli.calibrate_kind import about
-from mocap_jax.cli.exit_codes import UsageError, unknown_choice, value_of
+from mocap_jax.cli.exit_codes import UsageError, unknown_choice
 from mocap_jax.cli.files import exit_code, output_file, read_input, write_text
 from mocap_jax.cli.human_text import HUMAN_FORM, human_of, is_human, read_human
 from mocap_jax.cli.parser import add_json_argument, positive_float
@@ -95,9 +97,8 @@ def run(arguments: argparse.Namespace) -> int:
     recording = read_input(arguments.recording)
     body = _body(arguments, recording)
     _check_names(segments, facing, recording, body)
-    _check_time(arguments.time, segments, recording)
     pose = _pose(arguments.pose, recording, body)
-    with about([arguments.recording]):
+    with about([arguments.recording]), _time_asked_for():
         found = calibrate_mounting(
             recording, body, segments, pose=pose, time=arguments.time,
             headings=arguments.headings, facing=facing,
@@ -150,17 +151,15 @@ def _check_names(
         raise unknown_choice("--facing", "axis", facing.axis, AXES)
 
 
-def _check_time(time: float | None, segments: dict[str, str] | None, recording: Recording) -> None:
-    """Refuse a moment at which nobody is still."""
-    import dataclasses
+@contextmanager
+def _time_asked_for() -> Iterator[None]:
+    """Name the option where the moment it asks for is no still one."""
+    from mocap_jax.initialise.mounting import NotStillError
 
-    from mocap_jax.initialise.mounting import rest_interval
-
-    if time is None or not recording.inertial:
-        return
-    worn = {sensor: recording.inertial[sensor] for sensor in segments or recording.inertial}
-    with value_of("--time"):
-        rest_interval(dataclasses.replace(recording, inertial=worn, root=None), time)
+    try:
+        yield
+    except NotStillError as error:
+        raise UsageError(f"--time: {error}") from error
 
 
 def _body(arguments: argparse.Namespace, recording: Recording) -> Body:

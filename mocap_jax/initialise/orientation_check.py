@@ -40,15 +40,20 @@ _BAD = 1.5
 _DECISIVE = 0.35
 # Of readings that fit alike, up to this factor, the simplest is named.
 _ALIKE = 1.5
+# Windows of a second, at least.
+_LEAST = 1.5
 # Turning less than this tells nothing about rates [rad/s].
 _TURNING = 0.15
+# Rates are compared as means over this time, in which errors of orientations of a degree make a
+# tenth of a radian per second instead of a whole one [s].
+_SMOOTH = 0.2
 
 
 class Fit(NamedTuple):
     """How well readings of one sensor's orientations fit: rows as in `_READINGS`."""
 
     gravity: np.ndarray
-    """Misfit with each axis up (readings, axes), as a share of gravity."""
+    """Misfit with each axis up (readings, axes), as a share of what is felt."""
     rate: np.ndarray
     """1 - |correlation| of rates (readings,); 0 where there is nothing to compare."""
     slope: float
@@ -74,14 +79,17 @@ def orientation_faults(series: dict[str, Series]) -> dict[str, list[str]]:
     cost = np.stack([f.cost for f in fits.values()])
     bad = cost[:, 0, 0] > _BAD
     out: dict[str, list[str]] = {name: [] for name in fits}
+    misread = False
     if bad.any():
         pooled = np.log(cost[bad] + 0.05).mean(axis=0)
         best = np.unravel_index(int(np.argmin(pooled)), pooled.shape)
         for name, c, wrong in zip(fits, cost, bad, strict=True):
             if wrong:
                 named = c[best] < _DECISIVE * c[0, 0]
+                misread |= bool(named and best[0])
                 out[name].append(_sentence(*best) if named else _unfit(fits[name]))
-    for name, fit in fits.items():
+    # Rates of turning of a misread file are those of no sensor.
+    for name, fit in fits.items() if not misread else ():
         if not out[name] and (text := rate_factor_near(fit.slope)) is not None:
             out[name].append(f"gyroscope {text} (compared with its orientations)")
     return out
@@ -133,7 +141,7 @@ def _fit(series: Series) -> Fit | None:
     force = series.force
     good = np.isfinite(series.orientation).all(axis=1)
     whole = good[:-1] & good[1:] & np.isfinite(force).all(axis=1)
-    if whole.sum() < 2 * series.window:
+    if whole.sum() < _LEAST * series.window:
         return None
     size = float(np.median(np.linalg.norm(force[whole], axis=1)))
     gravity, correlation, slope, tilt = [], [], np.nan, 0.0
@@ -144,14 +152,25 @@ def _fit(series: Series) -> Fit | None:
         middle = turn[:-1] * Rotation.from_rotvec(0.5 * step)
         means = _windowed(np.where(whole[:, None], middle.apply(np.nan_to_num(force)), np.nan),
                           series.window) / max(size, 1e-9)  # fmt: skip
-        off = means[:, None] - _AXES[None]
-        gravity.append(np.sqrt((off**2).sum(-1).mean(axis=0)))
-        found, factor = _rates_alike(step / series.step, series.rate, whole)
+        gravity.append(_off_axes(means))
+        turning = np.where(whole[:, None], step / series.step, np.nan)
+        found, factor = _rates_alike(turning, series.rate, series.step)
         correlation.append(found)
         if k == 0:
             slope, mean = factor, means.mean(axis=0)
             tilt = float(np.arccos(np.clip(mean[2] / max(np.linalg.norm(mean), 1e-9), -1, 1)))
     return Fit(np.stack(gravity), 1.0 - np.array(correlation), slope, tilt)
+
+
+def _off_axes(means: np.ndarray) -> np.ndarray:
+    """RMS distance of means (n, 3) from each axis, 0 to 1, scaled so that they fit it best.
+
+    Their scale is that of a unit that is not known, and in fast motion sensors feel twice gravity
+    or half of it in the median.
+    """
+    along = np.maximum((means @ _AXES.T).mean(axis=0), 0.0)
+    power = max(float((means**2).sum(axis=1).mean()), 1e-12)
+    return np.sqrt(np.maximum(1.0 - along**2 / power, 0.0))
 
 
 def _windowed(values: np.ndarray, window: int) -> np.ndarray:
@@ -162,16 +181,23 @@ def _windowed(values: np.ndarray, window: int) -> np.ndarray:
     return means if len(means) else np.nanmean(values, axis=0, keepdims=True)
 
 
-def _rates_alike(turning: np.ndarray, rate: np.ndarray, whole: np.ndarray) -> tuple[float, float]:
+def _rates_alike(turning: np.ndarray, rate: np.ndarray, step: float) -> tuple[float, float]:
     """|Correlation| of the gyroscope with the rate of turning (1 where untold), and its factor."""
-    good = whole & np.isfinite(rate).all(axis=1)
-    if good.sum() < 20:
+    width = max(int(round(_SMOOTH / step)), 1)
+    both = np.hstack([turning, rate])
+    if len(both) < width:
         return 1.0, np.nan
-    # A constant offset of the gyroscope is no turning.
-    a, b = turning[good], rate[good] - np.median(rate[good], axis=0)
+    both = np.lib.stride_tricks.sliding_window_view(both, width, axis=0).mean(axis=-1)
+    both = both[np.isfinite(both).all(axis=1)]
+    if len(both) < 20:
+        return 1.0, np.nan
+    # A constant offset of the gyroscope is no turning, and constant turning no contradiction.
+    a, b = np.hsplit(both - both.mean(axis=0), 2)
     size = np.sqrt((a**2).sum(1).mean()), np.sqrt((b**2).sum(1).mean())
     if size[0] < _TURNING or size[1] < 1e-6:
         return 1.0, np.nan
     product = float((a * b).sum(1).mean())
     correlation = abs(product) / (size[0] * size[1])
-    return correlation, product / size[1] ** 2 if correlation > 0.8 else np.nan
+    factor = product / size[1] ** 2 if correlation > 0.8 else np.nan
+    # A gyroscope that hardly turns contradicts nothing: orientations have noise.
+    return 1.0 if size[1] < _TURNING else correlation, factor

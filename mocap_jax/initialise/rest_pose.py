@@ -24,7 +24,7 @@ from mocap_jax.initialise.declared_pose import declared_pose
 from mocap_jax.initialise.rest_options import RestOptions
 from mocap_jax.initialise.rest_readings import RestReadings, rest_readings
 from mocap_jax.initialise.still import Still, find_still
-from mocap_jax.recording import NoiseFigures, Recording
+from mocap_jax.recording import NoiseFigures, Recording, in_gap
 
 _ITERATIONS = 12
 
@@ -101,7 +101,7 @@ def rest_pose(
         **solved,  # type: ignore[arg-type]
         gyroscope_bias=np.where(measured, gyro, 0.0),
         gyroscope_bias_std=np.where(measured, gyro_std, start.gyroscope_bias_std),
-        remarks=_remarks(still),
+        remarks=_remarks(recording, still),
     )
 
 
@@ -127,10 +127,15 @@ def declared_rest(recording: Recording, body: Body, options: RestOptions) -> Res
     )
 
 
-def _remarks(still: Still) -> tuple[str, ...]:
+def _remarks(recording: Recording, still: Still) -> tuple[str, ...]:
+    span = f"{still.start:.2f}-{still.end:.2f} s"
+    if still.declared and in_gap(recording, still.start, still.end):
+        return (
+            f"Nothing was measured in the declared rest hold ({span}): offsets and mounting keep "
+            "their nominal values.",
+        )
     if still.declared:
         return ()
-    span = f"{still.start:.2f}-{still.end:.2f} s"
     if still.still:
         return (
             f"No rest hold is declared: the stillest window at the start ({span}, "

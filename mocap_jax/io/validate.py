@@ -17,6 +17,7 @@ from mocap_jax.recording import (
     RestHold,
     RootStream,
     frame_extent,
+    in_gap,
     root_speed,
 )
 
@@ -50,9 +51,9 @@ def validate_recording(
     Raises:
         InputError: no body, no measurements, an empty stream, stamps that are not finite or go
             backwards, fewer than four frames or a pause of too many, wrong units, quaternions that
-            are not unit, distances or confidences out of range, a rest hold outside the recording,
-            sensors, sources, receivers or joints that the body does not have (the valid ones are
-            listed).
+            are not unit, distances or confidences out of range, a rest hold outside the recording
+            or in a gap, sensors, sources, receivers or joints that the body does not have (the
+            valid ones are listed).
     """
     at_fault = f"{name}: body.xml" if body is None else body_name
     body = body or _own_body(recording, name)
@@ -265,6 +266,8 @@ def _check_hold(recording: Recording, rest: RestHold, name: str) -> None:
     # Samples are stamped at the centres of their intervals: a frame beyond them is still measured.
     frame = 1.0 / frame_extent(recording).rate_hz
     if rest.start <= last + frame and rest.end >= first - frame:
+        if in_gap(recording, rest.start, rest.end):
+            raise InputError(f"{name}: {_unmeasured(recording, rest)}")
         return
     way = f"--from {floor(1e2 * first) / 1e2:.2f}"
     if rest.start > last:
@@ -272,4 +275,16 @@ def _check_hold(recording: Recording, rest: RestHold, name: str) -> None:
     raise InputError(
         f"{name}: the declared rest hold, {rest.start:.2f} to {rest.end:.2f} s, is outside the "
         f"recording, {first:.2f} to {last:.2f} s; {way} estimates without it (in Python: mj.cut)"
+    )
+
+
+def _unmeasured(recording: Recording, rest: RestHold) -> str:
+    """What to say of a rest hold in a gap, and which stretch has none."""
+    if rest.end < recording.interval[1]:
+        way = f"--from {ceil(1e2 * rest.end) / 1e2:.2f}"
+    else:
+        way = f"--to {floor(1e2 * rest.start) / 1e2:.2f}"
+    return (
+        f"the declared rest hold, {rest.start:.2f} to {rest.end:.2f} s, lies in a gap: nothing was "
+        f"measured then, or hardly anything; {way} estimates without it (in Python: mj.cut)"
     )

@@ -10,7 +10,7 @@ from mocap_jax.recording.calibration import (
 from mocap_jax.recording.cut import CUT_START, CUT_STOP, cut
 from mocap_jax.recording.driver_box import DriverBox
 from mocap_jax.recording.extent import Extent, frame_extent
-from mocap_jax.recording.lost_rest import without_lost_rest
+from mocap_jax.recording.lost_rest import in_gap, without_lost_rest
 from mocap_jax.recording.ragged_ends import ragged_ends
 from mocap_jax.recording.recording import Recording, Truth
 from mocap_jax.recording.root_speed import hasty_root, root_speed
@@ -29,6 +29,6 @@ __all__ = [
     "Extent",
     "InertialStream", "MagneticStream", "NoiseFigures", "RangeStream", "Recording", "RestHold",
     "RootStream", "SensorSpec", "Setup", "SourceOffset", "TemperatureStream", "Truth",
-    "calibrated", "cut", "frame_extent", "hasty_root", "ragged_ends", "root_speed", "uncalibrated",
-    "unlisted_boards", "with_calibration", "without_lost_rest",
+    "calibrated", "cut", "frame_extent", "hasty_root", "in_gap", "ragged_ends", "root_speed",
+    "uncalibrated", "unlisted_boards", "with_calibration", "without_lost_rest",
 ]  # fmt: skip

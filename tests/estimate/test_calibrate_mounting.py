@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import jax
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -153,6 +154,22 @@ def test_motion_is_no_rest(recorded, segments):
     body = mj.builtin_motion("walking").body
     with pytest.raises(InputError, match=r"nobody is still at .* the stillest is at"):
         mj.calibrate_mounting(recorded, body, segments, time=8.0)
+
+
+def test_a_gap_is_no_rest(recorded, segments):
+    def part(stream):
+        time = np.asarray(stream.time)
+        kept = (time < 0.2) | (time > 1.3)
+        return jax.tree.map(lambda x: np.asarray(x)[kept], stream)
+
+    boards = {name: part(stream) for name, stream in recorded.inertial.items()}
+    holed = dataclasses.replace(recorded, inertial=boards)
+    body = mj.builtin_motion("walking").body
+    with pytest.raises(InputError, match=r"^nothing was measured at 0.55 to 1.05 s.* stillest is"):
+        mj.calibrate_mounting(holed, body, segments, time=0.8)
+    setup = dataclasses.replace(recorded.setup, rest=RestHold(0.3, 1.2))
+    with pytest.raises(InputError, match=r"^declared rest hold: nothing was measured at 0.30 to"):
+        mj.calibrate_mounting(dataclasses.replace(holed, setup=setup), body, segments)
 
 
 @pytest.mark.parametrize(

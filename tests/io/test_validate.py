@@ -177,3 +177,21 @@ def test_a_hold_that_ends_within_a_frame_of_the_first_sample_is_sound(recording)
     validate_recording(replace(late, setup=replace(late.setup, rest=RestHold(0.0, 0.0))))
     with pytest.raises(InputError, match="outside the recording"):
         validate_recording(replace(late, setup=replace(late.setup, rest=RestHold(-0.1, -0.1))))
+
+
+@pytest.mark.parametrize(
+    ("rest", "way"), [((0.6, 1.3), "--from 1.30"), ((0.51, 1.59), "--from 1.59")]
+)
+def test_a_rest_hold_in_a_gap_is_refused(recording, rest, way) -> None:
+    def part(stream):  # 28 Hz, to 2.1 s
+        slow = replace(stream, time=5 * np.asarray(stream.time))
+        kept = (slow.time < 0.53) | (slow.time > 1.6)
+        return jax.tree.map(lambda x: np.asarray(x)[kept], slow)
+
+    boards = {name: part(stream) for name, stream in recording.inertial.items()}
+    holed = replace(recording, inertial=boards, magnetic={}, ranges=None, root=None)
+    for sound in (RestHold(0.0, 0.4), RestHold(0.3, 1.5), RestHold(0.6, 9.0)):
+        validate_recording(replace(holed, setup=replace(recording.setup, rest=sound)))
+    lost = replace(holed, setup=replace(recording.setup, rest=RestHold(*rest)))
+    with pytest.raises(InputError, match=rf"hold, .* lies in a gap: .* {way} est"):
+        validate_recording(lost)

@@ -10,7 +10,7 @@ from mocap_jax.initialise.mounting.joint_heading import (
     world_motion,
 )
 from mocap_jax.initialise.mounting.limb_turns import Facing, LimbTurn, limb_turns, where_it_faces
-from mocap_jax.initialise.mounting.still_second import rest_interval
+from mocap_jax.initialise.mounting.still_second import NotStillError, rest_interval
 from mocap_jax.initialise.mounting.worn import sensors_above, worn_segments
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "HingeAxis",
     "JointHeading",
     "LimbTurn",
+    "NotStillError",
     "WorldMotion",
     "bending_hinge",
     "even_grid",

@@ -7,12 +7,16 @@ import numpy as np
 from mocap_jax.errors import InputError
 from mocap_jax.initialise.rest_options import RestOptions
 from mocap_jax.initialise.still import find_still, rate_within
-from mocap_jax.recording import Recording
+from mocap_jax.recording import Recording, in_gap
 
 # Half of the interval around a time asked for, and the window and the search without one [s].
 _HALF, _WINDOW, _SEARCH = 0.25, 1.0, 5.0
 # RMS rate above which it does not count as still [rad/s]; a person who stands sways below it.
 _STILL = 0.15
+
+
+class NotStillError(InputError):
+    """The moment that was asked for is no still one."""
 
 
 def rest_interval(recording: Recording, time: float | None) -> tuple[float, float]:
@@ -24,14 +28,15 @@ def rest_interval(recording: Recording, time: float | None) -> tuple[float, floa
             first five.
 
     Raises:
-        InputError: the time or the declared rest hold is outside the recording, or nobody is still
-            then.
+        NotStillError: the time is outside the recording, nobody is still then, or nothing was
+            measured.
+        InputError: the same of the declared rest hold.
     """
     first, last = recording.interval
     what, rest = "", recording.setup.rest
     if time is not None:
         if not first <= time <= last:
-            raise InputError(
+            raise NotStillError(
                 f"time {time:g} s is outside the recording; valid: {first:.2f} to {last:.2f} s"
             )
         start, end = max(time - _HALF, first), min(time + _HALF, last)
@@ -45,13 +50,23 @@ def rest_interval(recording: Recording, time: float | None) -> tuple[float, floa
     else:
         still = find_still(recording, RestOptions(search=_SEARCH, window=_WINDOW))
         start, end = still.start, min(still.end, last)
+    fault = _fault(recording, start, end)
+    if fault:
+        error = InputError if time is None else NotStillError
+        raise error(f"{what}{fault}: give a time of a still second{_stillest(recording)}")
+    return start, end
+
+
+def _fault(recording: Recording, start: float, end: float) -> str:
+    """Why an interval tells no mounting; empty if it does, or no gyroscope says whether."""
+    if in_gap(recording, start, end):
+        return f"nothing was measured at {start:.2f} to {end:.2f} s"
     rate = rate_within(recording, start, end)
     if rate > _STILL and np.isfinite(rate):
-        raise InputError(
-            f"{what}nobody is still at {start:.2f} to {end:.2f} s ({rate:.2f} rad/s, at most "
-            f"{_STILL:g}): give a time of a still second{_stillest(recording)}"
+        return (
+            f"nobody is still at {start:.2f} to {end:.2f} s ({rate:.2f} rad/s, at most {_STILL:g})"
         )
-    return start, end
+    return ""
 
 
 def _stillest(recording: Recording) -> str:
