@@ -112,9 +112,9 @@ def _suspicions(recording: Recording, body: Body | None) -> tuple[str, ...]:
     """Sensors that look swapped, turned, cut short or of wrong unit, and such a root."""
     from mocap_jax.estimate.inputs import mounting_remarks
     from mocap_jax.initialise import check_sensors
-    from mocap_jax.recording import hasty_root, ragged_ends, unlisted_boards
+    from mocap_jax.recording import doubtful_root, ragged_ends, unlisted_boards
 
     return (
         *mounting_remarks(recording), *check_sensors(recording, body).sentences,
-        *ragged_ends(recording), *unlisted_boards(recording), *hasty_root(recording),
+        *ragged_ends(recording), *unlisted_boards(recording), *doubtful_root(recording),
     )  # fmt: skip

@@ -28,7 +28,7 @@ from mocap_jax.recording import (
     RangeStream,
     Recording,
     Setup,
-    hasty_root,
+    doubtful_root,
     ragged_ends,
 )
 from mocap_jax.solution import Solution
@@ -103,7 +103,7 @@ def _recording(recording: Recording) -> list[str]:
     lines.append("truth: " + _truth(recording))
     lines += _own_body(recording) + _setup(recording.setup)
     lines += [f"ends: {text}" for text in ragged_ends(recording)]
-    lines += [f"root: {text}" for text in hasty_root(recording)]
+    lines += [f"root: {text}" for text in doubtful_root(recording)]
     return lines + [f"salvaged: {text}" for text in recording.salvage]
 
 

@@ -13,7 +13,7 @@ from mocap_jax.recording.extent import Extent, frame_extent
 from mocap_jax.recording.lost_rest import in_gap, without_lost_rest
 from mocap_jax.recording.ragged_ends import ragged_ends
 from mocap_jax.recording.recording import Recording, Truth
-from mocap_jax.recording.root_speed import hasty_root, root_speed
+from mocap_jax.recording.root_speed import doubtful_root, root_speed
 from mocap_jax.recording.setup import NoiseFigures, RestHold, SensorSpec, Setup
 from mocap_jax.recording.streams import (
     InertialStream,
@@ -29,6 +29,6 @@ __all__ = [
     "Extent",
     "InertialStream", "MagneticStream", "NoiseFigures", "RangeStream", "Recording", "RestHold",
     "RootStream", "SensorSpec", "Setup", "SourceOffset", "TemperatureStream", "Truth",
-    "calibrated", "cut", "frame_extent", "hasty_root", "in_gap", "ragged_ends", "root_speed",
+    "calibrated", "cut", "frame_extent", "doubtful_root", "in_gap", "ragged_ends", "root_speed",
     "uncalibrated", "unlisted_boards", "with_calibration", "without_lost_rest",
 ]  # fmt: skip

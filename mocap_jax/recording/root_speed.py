@@ -1,4 +1,4 @@
-"""`root_speed`, `hasty_root`: a measured root in millimetres moves a thousand times too fast."""
+"""`root_speed`, `doubtful_root`: a root in millimetres moves, or stands, a thousand times off."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ _WINDOW = 1.0
 _MOST_WINDOWS = 100_000
 # Faster than anybody on foot, though not than vehicles [m/s].
 _HASTY = 15.0
+# No room is so high; a pelvis, about a metre high, is in centimetres or millimetres [m].
+_LOFTY, _MILLIMETRES = 30.0, 300.0
 
 
 def root_speed(root: RootStream) -> float:
@@ -29,14 +31,34 @@ def root_speed(root: RootStream) -> float:
     return float(np.median(np.linalg.norm(np.diff(places, axis=0), axis=1))) / window
 
 
-def hasty_root(recording: Recording) -> tuple[str, ...]:
-    """A root that moves as nobody on foot does, in a sentence; empty if it does not.
+def doubtful_root(recording: Recording) -> tuple[str, ...]:
+    """A root that moves or stands as nobody on foot does, in a sentence; empty if it does not.
 
-    Vehicles do, so this is no more than probably a fault.
+    Vehicles move so, and altitudes are so high, hence this is no more than probably a fault.
     """
-    if recording.root is None or not (speed := root_speed(recording.root)) > _HASTY:
+    root = recording.root
+    if root is None:
         return ()
-    return (
-        f"The root's positions move at {speed:.3g} m/s in the median over seconds: on foot nobody "
-        "does; they may be millimetres instead of metres.",
-    )
+    if (speed := root_speed(root)) > _HASTY:
+        return (
+            f"The root's positions move at {speed:.3g} m/s in the median over seconds: on foot "
+            "nobody does; they may be millimetres instead of metres.",
+        )
+    if abs(height := _height_in_room(root)) > _LOFTY:
+        unit = "millimetres" if abs(height) > _MILLIMETRES else "centimetres"
+        return (
+            f"The root is {height:.4g} m above the world's origin in the median: unless that is an "
+            f"altitude, its positions may be {unit} instead of metres.",
+        )
+    return ()
+
+
+def _height_in_room(root: RootStream) -> float:
+    """Median height above the world's origin [m]; NaN where it may be anything.
+
+    Systems that measure orientations, too, have their origin in the room; receivers of satellites
+    measure places alone, and altitudes among them.
+    """
+    height = np.asarray(root.position)[:, 2]
+    both = np.isfinite(height) & np.isfinite(np.asarray(root.orientation)).all(axis=1)
+    return float(np.median(height[both])) if both.any() else np.nan

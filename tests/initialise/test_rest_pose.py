@@ -131,3 +131,17 @@ def test_declared_rest_takes_each_sensors_own_site(recording: Recording) -> None
     nowhere = dataclasses.replace(recording.setup, sensors=(SensorSpec("forearm", "knee", 100.0),))
     with pytest.raises(InputError, match="unknown site 'knee'"):
         declared_rest(dataclasses.replace(recording, setup=nowhere), body, RestOptions())
+
+
+def test_a_declared_hold_in_a_gap_tells_nothing_and_says_so(recording: Recording) -> None:
+    def without(stream):
+        return dataclasses.replace(
+            stream, accelerometer=np.full_like(stream.accelerometer, np.nan),
+            gyroscope=np.full_like(stream.gyroscope, np.nan),
+            orientation=np.full_like(stream.orientation, np.nan),
+        )  # fmt: skip
+
+    boards = {name: without(stream) for name, stream in recording.inertial.items()}
+    rest = rest_pose(dataclasses.replace(recording, inertial=boards), small_body())
+    assert np.abs(rest.mounting_rotation).max() < 1e-6 and np.abs(rest.gyroscope_bias).max() == 0
+    assert "Nothing was measured in the declared rest hold" in rest.remarks[0]

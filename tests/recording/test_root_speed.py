@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from cut_samples import recording
 
-from mocap_jax.recording import RootStream, hasty_root, root_speed
+from mocap_jax.recording import RootStream, doubtful_root, root_speed
 
 
 def straight(speed: float, time: np.ndarray, true_time: np.ndarray | None = None) -> RootStream:
@@ -41,7 +41,26 @@ def test_a_clock_that_jumps_by_years_takes_no_memory() -> None:
 
 
 def test_who_is_faster_than_on_foot_is_told() -> None:
-    told = lambda root: hasty_root(dataclasses.replace(recording(), root=root))  # noqa: E731
+    told = lambda root: doubtful_root(dataclasses.replace(recording(), root=root))  # noqa: E731
     assert not told(None) and not told(straight(9.0, TIME)) and not told(straight(9.0, TIME[:9]))
     (sentence,) = told(straight(25.0, TIME))
     assert "25 m/s" in sentence and "millimetres" in sentence
+
+
+def standing(height: float, measured: float = 1.0) -> RootStream:
+    position = np.tile([0.3, 0.2, height], (2000, 1))
+    return RootStream(TIME, position, np.full((2000, 4), 0.5 * measured))
+
+
+def test_who_stands_hundreds_of_metres_high_is_told() -> None:
+    told = lambda root: doubtful_root(dataclasses.replace(recording(), root=root))  # noqa: E731
+    assert not told(standing(0.9)) and not told(standing(-20.0))
+    assert not told(standing(905.0, np.nan))  # places alone: perhaps an altitude
+    (sentence,) = told(standing(905.0))
+    assert "905 m above" in sentence and "millimetres" in sentence
+    (sentence,) = told(standing(90.5))
+    assert "centimetres" in sentence
+    fast = standing(905.0)
+    fast.position[:, 0] = 30.0 * TIME
+    (sentence,) = told(fast)  # one fault, one sentence
+    assert "30 m/s" in sentence
