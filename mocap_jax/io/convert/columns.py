@@ -1,6 +1,7 @@
 """Mappings of columns or variables (TOML): what a plain CSV or MATLAB file holds, and where.
 
 format = "csv"                           # or "mat"
+header = false                           # CSV only: no line names the columns; 1, 2, ... do then
 time = "t"                               # column or variable; or rate_hz instead
 time_unit = "s"                          # s, ms, us or ns
 rate_hz = 100.0                          # number, or name of a variable
@@ -49,7 +50,7 @@ PRESETS = Path(__file__).with_name("presets")
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _CONVENTION = tuple(f.name for f in dataclasses.fields(Convention))
 _TOP = ("format", "summary", "time", "time_unit", "rate_hz", "device", "sensors", "root",
-        "delimiter", "remark", *_CONVENTION)  # fmt: skip
+        "delimiter", "header", "remark", *_CONVENTION)  # fmt: skip
 _KINDS = ("accelerometer", "gyroscope", "magnetometer", "orientation")
 _SENSOR = ("name", "segment", "file", "time", *_KINDS, "mount_position", "mount_orientation")
 _FORMATS = ("csv", "mat")
@@ -79,6 +80,8 @@ class ColumnMapping:
     rate_hz: float | str | None = None
     device: str = ""
     delimiter: str | None = None
+    header: bool = True
+    """Whether a line names the columns; they are numbered from 1 otherwise."""
     remark: str = ""
     """Said after every conversion with this mapping."""
     root: dict[str, list[str]] = field(default_factory=dict)
@@ -157,9 +160,10 @@ def _mapping(document: dict[str, Any], name: str) -> ColumnMapping:
         raise InputError(f"{name}: sensor '{twice}' is there twice; give each a name of its own")
     root = document.get("root", {})
     _known(root, ("position", "orientation", "truth"), f"{name}: [root]")
-    truth = root.get("truth", False)
-    if not isinstance(truth, bool):
-        raise InputError(f"{name}: root.truth must be true or false")
+    truth, header = root.get("truth", False), document.get("header", True)
+    for key, value in (("root.truth", truth), ("header", header)):
+        if not isinstance(value, bool):
+            raise InputError(f"{name}: {key} must be true or false")
     columns = {k: v for k, v in root.items() if k != "truth"}
     if root and len(columns) != 2:
         raise InputError(f"{name}: [root] needs position and orientation")
@@ -167,8 +171,9 @@ def _mapping(document: dict[str, Any], name: str) -> ColumnMapping:
         raise InputError(f"{name}: root.truth is for one sensor, whose pose it is")
     return ColumnMapping(
         name, document["format"], Convention(**given).checked(name), sensors,
-        document.get("time"), unit, float(rate) if isinstance(rate, int) else rate,
-        str(document.get("device", "")), document.get("delimiter"), str(document.get("remark", "")),
+        _column(document.get("time")), unit, float(rate) if isinstance(rate, int) else rate,
+        str(document.get("device", "")), document.get("delimiter"), header,
+        str(document.get("remark", "")),
         {k: _columns(v, f"{name}: root.{k}") for k, v in columns.items()}, truth,
     )  # fmt: skip
 
@@ -186,7 +191,7 @@ def _sensor(entry: dict[str, Any], where: str) -> SensorColumns:
     columns = {k: _columns(entry[k], f"{where}: {k}") for k in _KINDS if k in entry}
     identity = entry.get("file") or _structure(columns) or name
     worn = Worn(identity, segment_of(segment) if segment else "", name, position, orientation)
-    return SensorColumns(worn, columns, entry.get("file"), entry.get("time"))
+    return SensorColumns(worn, columns, entry.get("file"), _column(entry.get("time")))
 
 
 def _structure(columns: dict[str, list[str]]) -> str:
@@ -196,10 +201,15 @@ def _structure(columns: dict[str, list[str]]) -> str:
 
 
 def _columns(value: Any, where: str) -> list[str]:
-    names = [value] if isinstance(value, str) else value
-    if not isinstance(names, list) or not all(isinstance(n, str) for n in names) or not names:
+    names = [_column(v) for v in (value if isinstance(value, list) else [value])]
+    if not all(isinstance(n, str) for n in names) or not names:
         raise InputError(f"{where} must be a name or a list of names")
     return names
+
+
+def _column(value: Any) -> Any:
+    """A column's number as its name; all else as it is."""
+    return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
 def _known(table: Any, valid: tuple[str, ...], where: str) -> None:

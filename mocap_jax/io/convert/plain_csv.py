@@ -17,7 +17,7 @@ from mocap_jax.io.convert.columns import (
 from mocap_jax.io.convert.convention import Convention, quaternions_of_matrices
 from mocap_jax.io.convert.paths import files_of
 from mocap_jax.io.convert.source import ReadOptions, RootSamples, SensorSamples, Source
-from mocap_jax.io.convert.text_table import TextTable, read_table
+from mocap_jax.io.convert.text_table import TextTable, holds_numbers, read_table, unnamed
 
 NAME = "csv"
 SUMMARY = "plain CSV with a mapping of its columns"
@@ -103,8 +103,17 @@ def _table(
     if name not in files:
         raise InputError(f"{mapping.name}: {unknown_name('file', name, files)}")
     if name not in tables:
-        tables[name] = read_table(files[name], delimiter=mapping.delimiter)
+        table = read_table(files[name], delimiter=mapping.delimiter, named=mapping.header)
+        _check_header(table, mapping)
+        tables[name] = table
     return tables[name]
+
+
+def _check_header(table: TextTable, mapping: ColumnMapping) -> None:
+    """Say of a table without a header how to call its columns."""
+    wanted = {c for s in mapping.sensors for names in s.columns.values() for c in names}
+    if mapping.header and holds_numbers(table.names) and wanted.isdisjoint(table.names):
+        raise unnamed(table.path)
 
 
 def _time(

@@ -61,7 +61,12 @@ class TextTable:
 
 
 def read_table(
-    path: Path, *, comment: str = "#", delimiter: str | None = None, header: str | None = None
+    path: Path,
+    *,
+    comment: str = "#",
+    delimiter: str | None = None,
+    header: str | None = None,
+    named: bool = True,
 ) -> TextTable:
     """Read a table whose first line that is no comment names the columns.
 
@@ -70,6 +75,7 @@ def read_table(
         comment: what lines before and between rows begin with that are no data.
         delimiter: between cells; None finds out from the header (tab, semicolon, comma).
         header: a column that the header line must name; lines before it count as comments.
+        named: whether there is such a line; columns are called "1", "2", ... without.
 
     Raises:
         InputError: missing, empty or binary file, no header, rows of different lengths (other
@@ -80,7 +86,11 @@ def read_table(
     text = lines[at]
     cut = delimiter or next((d for d in "\t;," if d in text), None)
     names = tuple(_cells(text, cut))
+    if not named:
+        names, at = tuple(str(i + 1) for i in range(len(names))), at - 1
     if len(set(names)) < len(names):
+        if holds_numbers(names):
+            raise unnamed(path)
         twice = next(n for n in names if names.count(n) > 1)
         raise InputError(f"{path}: line {at + 1}: column '{twice}' is there twice")
     body = [
@@ -92,6 +102,22 @@ def read_table(
     if not rows:
         raise InputError(f"{path}: no rows of data after the header (line {at + 1})")
     return TextTable(path, names, rows, body[0][0], comments, lost)
+
+
+def holds_numbers(names: Sequence[str]) -> bool:
+    """Whether a header is none, but a row of numbers."""
+    try:
+        return bool(names) and all(np.isfinite(float(name)) for name in names)
+    except ValueError:
+        return False
+
+
+def unnamed(path: Path) -> InputError:
+    """The error for a table whose columns have no names."""
+    return InputError(
+        f"{path}: the first line holds numbers, no names of columns; if there are none, write "
+        "header = false in the mapping (csv) and number the columns from 1"
+    )
 
 
 def _lines(path: Path) -> list[str]:

@@ -121,3 +121,62 @@ def test_binary_and_ragged_files_are_refused(tmp_path):
     file.write_bytes(b"\x00\xff" * 100)
     with pytest.raises(InputError, match="a.csv: not a text file"):
         converted(file)
+
+
+NUMBERED = """
+format = "csv"
+header = false
+time = 1
+time_unit = "ms"
+accelerometer_unit = "g"
+gyroscope_unit = "deg/s"
+quaternion_order = "xyzw"
+quaternion_direction = "world-to-sensor"
+[[sensors]]
+segment = "T8"
+name = "chest"
+accelerometer = [2, 3, 4]
+gyroscope = [5, 6, 7]
+orientation = [11, 12, 13, 14]
+"""
+
+
+def bare(folder: Path, mapping: str) -> Path:
+    """The table in blanks, without its header."""
+    named = write(folder, mapping)
+    text = named.read_text().replace(HEADER + "\n", "").replace(";", "  ")
+    (folder / "bare.txt").write_text(text)
+    named.unlink()
+    return folder / "bare.txt"
+
+
+def test_a_table_without_header_has_numbered_columns(tmp_path):
+    motion, read = known(100), converted(bare(tmp_path, NUMBERED))
+    stream = read.inertial["chest"]
+    assert len(stream.time) == 100  # the first row is one
+    np.testing.assert_allclose(stream.accelerometer, motion.force, atol=1e-7)
+    np.testing.assert_allclose(stream.gyroscope, motion.rate, atol=1e-7)
+    assert same_rotations(stream.orientation, motion.orientation)
+
+
+def test_a_table_without_header_is_told_from_one_with(tmp_path):
+    file = bare(tmp_path, MAPPING)
+    for text in (file.read_text(), "1.0 2.0 3.0\n4.0 5.0 6.0\n"):
+        file.write_text(text)
+        with pytest.raises(InputError, match="bare.txt: the first line .* header = false in"):
+            converted(file)
+
+
+def test_headers_may_be_numbers(tmp_path):
+    file = write(tmp_path, NUMBERED.replace("header = false", ""))
+    lines = file.read_text().splitlines()
+    lines[1] = ";".join(str(i + 1) for i in range(14))
+    file.write_text("\n".join(lines))
+    np.testing.assert_allclose(
+        converted(file).inertial["chest"].accelerometer, known(100).force, atol=1e-7
+    )
+
+
+def test_a_header_is_there_or_not(tmp_path):
+    with pytest.raises(InputError, match="header must be true or false"):
+        converted(bare(tmp_path, NUMBERED.replace("header = false", 'header = "no"')))
