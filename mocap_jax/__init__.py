@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from mocap_jax.estimate import differentiable_ekf as differentiable_ekf
     from mocap_jax.estimate import ekf as ekf
     from mocap_jax.estimate import joint_axes as joint_axes
+    from mocap_jax.estimate import joint_limits as joint_limits
     from mocap_jax.estimate import magnetic_heading as magnetic_heading
     from mocap_jax.estimate import optimise as optimise
     from mocap_jax.estimate import orientation_pass as orientation_pass
@@ -103,8 +104,10 @@ if TYPE_CHECKING:
     from mocap_jax.placement import PlacementOptions as PlacementOptions
     from mocap_jax.placement import PlacementStudy as PlacementStudy
     from mocap_jax.placement import place as place
+    from mocap_jax.pose_prior import JointLimits as JointLimits
     from mocap_jax.pose_prior import PosePrior as PosePrior
     from mocap_jax.pose_prior import default_pose_prior as default_pose_prior
+    from mocap_jax.pose_prior import learn_joint_limits as learn_joint_limits
     from mocap_jax.pose_prior import learn_pose_prior as learn_pose_prior
     from mocap_jax.pose_prior import load_pose_prior as load_pose_prior
     from mocap_jax.pose_prior import save_pose_prior as save_pose_prior
@@ -140,8 +143,8 @@ _HOME = {
         "NoiseOptions", "Odometry", "OptimiseOptions", "OrientationPassOptions", "PriorOptions",
         "RangeOnlyOptions", "SingleImuOptions", "UserResidual", "absolute_position",
         "calibrate_mounting", "check_residual", "differentiable", "differentiable_ekf", "ekf",
-        "joint_axes", "magnetic_heading", "optimise", "orientation_pass", "range_only_path",
-        "smooth_orientation", "sparse_options", "table1_options", "ukf",
+        "joint_axes", "joint_limits", "magnetic_heading", "optimise", "orientation_pass",
+        "range_only_path", "smooth_orientation", "sparse_options", "table1_options", "ukf",
     ),
     "kalman": ("SigmaPoints",),
     "initialise": (
@@ -161,8 +164,8 @@ _HOME = {
     ),
     "placement": ("PlacementOptions", "PlacementStudy", "place"),
     "pose_prior": (
-        "PosePrior", "default_pose_prior", "learn_pose_prior", "load_pose_prior",
-        "save_pose_prior",
+        "JointLimits", "PosePrior", "default_pose_prior", "learn_joint_limits", "learn_pose_prior",
+        "load_pose_prior", "save_pose_prior",
     ),
     "recording": (
         "Calibration", "Recording", "Setup", "calibrated", "cut", "uncalibrated",

@@ -8,6 +8,7 @@ from mocap_jax.estimate.filter import ekf
 from mocap_jax.estimate.filter_options import EkfOptions
 from mocap_jax.estimate.gravity_options import GravityOptions
 from mocap_jax.estimate.joint_axes import joint_axes
+from mocap_jax.estimate.joint_limits import joint_limits
 from mocap_jax.estimate.magnetic_heading import magnetic_heading
 from mocap_jax.estimate.mounting import (
     MountingCalibration,
@@ -45,6 +46,6 @@ __all__ = [
     "OrientationPassOptions", "PriorOptions", "RangeOnlyOptions", "RangeOnlySolution",
     "SensorMounting", "SingleImuOptions", "SingleImuSolution", "UserResidual", "absolute_position",
     "calibrate_mounting", "check_residual", "differentiable", "differentiable_ekf", "ekf",
-    "joint_axes", "magnetic_heading", "optimise", "orientation_pass", "range_only_path",
-    "smooth_orientation", "sparse_options", "table1_options", "ukf",
+    "joint_axes", "joint_limits", "magnetic_heading", "optimise", "orientation_pass",
+    "range_only_path", "smooth_orientation", "sparse_options", "table1_options", "ukf",
 ]  # fmt: skip

@@ -80,7 +80,7 @@ def learn_pose_prior(
         raise InputError(
             f"learn_pose_prior: shrinkage {shrinkage:g}, floor {floor:g}; valid: 0 to 1, above 0"
         )
-    clips = {clip: _thinned(motion, joints) for clip, motion in motions.items()}
+    clips = {clip: thinned(motion, joints) for clip, motion in motions.items()}
     both = [r for clip in clips.values() for r in (clip, mirrored(clip, joints))]
     rotation = np.concatenate(both)
     weight = np.concatenate([np.full(len(r), len(r) ** -0.5) for r in both])
@@ -134,7 +134,7 @@ def _mobility(
     return total + (1 - shrinkage) * squares + shrinkage * np.diag(np.diag(squares))
 
 
-def _thinned(motion: Motion, joints: Sequence[tuple[str, str]]) -> Float[np.ndarray, "t j 3 3"]:
+def thinned(motion: Motion, joints: Sequence[tuple[str, str]]) -> Float[np.ndarray, "t j 3 3"]:
     """Poses at `_RATE`, whatever the motion's own: between its frames on geodesics."""
     time, q = np.asarray(motion.trajectory.time), np.asarray(motion.trajectory.q)
     rotation = anatomical_joint_rotations(motion.body, q, joints)

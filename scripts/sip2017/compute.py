@@ -44,7 +44,8 @@ def run_group(group: list[Cell], store: Store, report: Report) -> None:
     for cell in group:
         try:
             sensors = SUITS[cell.sensors]
-            solution = estimate(cell.row, recording, sensors, prior, cell.draw)
+            limits = limits_without(subject_of(cell.clip)) if cell.row == "SIP-L" else None
+            solution = estimate(cell.row, recording, sensors, prior, cell.draw, limits)
             store.write(cell, scores_of(cell, solution, recording))
             report(cell, "")
         except Exception as error:  # One estimate that fails must not cost the others.
@@ -71,6 +72,14 @@ def prior_without(subject: str) -> mj.PosePrior:
     return mj.learn_pose_prior(
         {name: load_clip(n) for name, n in clips.items()}, name=f"CMU without subject {subject}"
     )
+
+
+@cache
+def limits_without(subject: str) -> mj.JointLimits:
+    """Limits of joints from the same clips."""
+    clips = {Path(n).stem: n for n in all_clips() if subject_of(n) != subject}
+    motions = {name: load_clip(n) for name, n in clips.items()}
+    return mj.learn_joint_limits(motions, prior_without(subject))
 
 
 def scores_of(cell: Cell, solution: mj.Solution, recording: mj.Recording) -> dict:

@@ -102,11 +102,11 @@ SETTINGS = {
     "converting": opensense, "opensim": opensense,
     "README": demo, "uncertainty": demo, "self_calibration": demo, "derivatives": demo,
     "sparse_inertial_poser": nothing, "broad": broad, "mounting": qmt, "full_body_imu": qmt,
-    "joints": rig, "anchors": nothing,
+    "joints": rig, "anchors": nothing, "absolute_position": nothing,
 }  # fmt: skip
 SLOW = {
     "README", "uncertainty", "self_calibration", "derivatives", "sparse_inertial_poser", "broad",
-    "mounting", "full_body_imu", "joints", "anchors",
+    "mounting", "full_body_imu", "joints", "anchors", "absolute_position",
 }  # fmt: skip
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from types import SimpleNamespace
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from synthetic import small_body
+from synthetic import record, small_body
 
 import mocap_jax as mj
 from mocap_jax.body import site_frames
@@ -15,6 +16,7 @@ from mocap_jax.errors import InputError
 from mocap_jax.estimate import check_residual
 from mocap_jax.estimate.free_roots import FreeRoot
 from mocap_jax.estimate.sequence.pose_information import _nearest, references
+from mocap_jax.measurement import gather
 from mocap_jax.recording import RootStream, Setup
 from mocap_jax.residuals.robust import loss
 
@@ -111,3 +113,28 @@ def test_wrong_input() -> None:
         mj.absolute_position(one, FRAMES, body, sigma=0.0)
     with pytest.raises(InputError, match="no sample within the recording"):
         mj.absolute_position(one, FRAMES + 5, body)
+
+
+def test_a_free_root_is_held_by_rough_positions_and_nonsense_among_them_is_not_believed() -> None:
+    recording = record(seconds=10.0, rate_hz=60.0, root=False)
+    recording = dataclasses.replace(recording, ranges=None)
+    body, truth = small_body(), recording.truth.trajectory
+    rng = np.random.default_rng(2)
+    time = np.arange(0.25, 10.0, 0.5)
+    near = np.clip(np.searchsorted(truth.time, time), 0, len(truth.time) - 1)
+    at = np.asarray(truth.q)[near, :3] + 0.05 * rng.normal(size=(len(time), 3))
+    at[9] += 30.0
+    residual, rows = mj.absolute_position(
+        stream(time, at), gather(recording, body).time, body, sigma=0.05
+    )
+    options = mj.OptimiseOptions(kinds="AG", root="free", covariance=False)
+
+    def worst(options: mj.OptimiseOptions, data: tuple) -> float:
+        solution = mj.optimise(recording, options=options, user_data=data)
+        assert solution.status.ok
+        off = np.asarray(solution.trajectory.q)[:, :3] - np.asarray(truth.q)[:, :3]
+        return float(np.linalg.norm(off, axis=1).max())
+
+    alone = worst(options, ())
+    held = worst(dataclasses.replace(options, user_residuals=(residual,)), (rows,))
+    assert held < 0.1 < 0.5 * alone, (held, alone)
