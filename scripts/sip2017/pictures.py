@@ -15,7 +15,8 @@ from matplotlib import pyplot as plt
 
 _COLOURS = {"SOP": "#c0392b", "SIP-M": "#e0a800", "SIP-T1": "#7a4fa3", "SIP": "#1f6fb4",
             "SIP-AO": "#2a9d8f", "SIP-BW": "#6c8ebf", "SIP-110": "#8fb8d9", "SIP-120": "#bcd6ea",
-            "EKF": "#777777", "SIP-L": "#3b8ea5"}  # fmt: skip
+            "EKF": "#777777", "SIP-L": "#3b8ea5",
+            "SIP-KF": "#a05a2c"}  # fmt: skip
 _KEYS = (("orientation", "orientation error [deg]"), ("position", "position error [cm]"))
 # Kalman filters go astray: bars end here, and the number stands beside them.
 _TALLEST = {"orientation": 60.0, "position": 25.0}

@@ -19,9 +19,10 @@ ROWS = {
     "SIP-120": "body 120 %",
     "EKF": "Kalman filter, forward only",
     "SIP-L": "with limits of ball joints",
+    "SIP-KF": "started from the Kalman filter",
 }
 """Rows of the table and what they are."""
-ASKED_FOR = ("SIP-L",)
+ASKED_FOR = ("SIP-L", "SIP-KF")
 """Rows that are computed only where `--rows` names them."""
 PAPER = {
     "SOP": (19.64, 17.35, 7.2, 8.9),
@@ -46,8 +47,11 @@ def estimate(
     recording = dataclasses.replace(recording, root=None)  # nobody measures where the root is
     on, body = worn(recording, _body(row, recording, seed), sensors)
     options = dataclasses.replace(mj.sparse_options(prior), root="free", covariance=False)
-    if row == "EKF":
-        return mj.ekf(on, body, options=mj.EkfOptions(kinds="AGO", root="free"))
+    if row in ("EKF", "SIP-KF"):
+        filtered = mj.ekf(on, body, options=mj.EkfOptions(kinds="AGO", root="free"))
+        if row == "EKF":
+            return filtered
+        return mj.optimise(on, body, initial=filtered, options=options)
     start = mj.orientation_pass(
         on, body, start=declared_pose(on.setup.rest, body),
         options=mj.OrientationPassOptions(pose_prior=prior, warm_start=True),
