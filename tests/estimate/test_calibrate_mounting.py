@@ -170,6 +170,12 @@ def test_a_gap_is_no_rest(recorded, segments):
     setup = dataclasses.replace(recorded.setup, rest=RestHold(0.3, 1.2))
     with pytest.raises(InputError, match=r"^declared rest hold: nothing was measured at 0.30 to"):
         mj.calibrate_mounting(dataclasses.replace(holed, setup=setup), body, segments)
+    mute = {
+        n: dataclasses.replace(s, gyroscope=np.full_like(s.gyroscope, np.nan))
+        for n, s in boards.items()
+    }
+    with pytest.raises(InputError, match="give a time of a still second$"):  # which, nobody knows
+        mj.calibrate_mounting(dataclasses.replace(holed, inertial=mute), body, segments, time=0.8)
 
 
 @pytest.mark.parametrize(

@@ -74,6 +74,8 @@ def _stillest(recording: Recording) -> str:
     starts = np.arange(first, max(last - _WINDOW, first) + 1e-9, 0.5)
     rates = [rate_within(recording, s, s + _WINDOW) for s in starts]
     best = int(np.argmin(rates))
+    if not np.isfinite(rates[best]):  # without gyroscopes nobody knows
+        return ""
     if not rates[best] < _STILL:
         return "; this recording has none"
     return f"; the stillest is at {starts[best] + _WINDOW / 2:.1f} s"
