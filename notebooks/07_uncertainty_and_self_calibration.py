@@ -144,8 +144,8 @@ plt.show()
 #
 # Coverage is the share of errors inside their 95 % interval; the normalised squared error (NEES)
 # has mean 1 where the covariance is right. White noise is what the solver assumes, so `paper` comes
-# out right. Sensors on soft tissue err in step with the motion, which no white noise describes: with
-# the model errors kept, intervals in `field` are rather too wide than too narrow.
+# out right. Sensors on soft tissue err in step with the motion, which no white noise describes:
+# with the model errors kept, intervals in `field` are rather too wide than too narrow.
 
 # %%
 print("profile   inside 95 %   RMS error / stated   NEES, median frame")

@@ -24,9 +24,9 @@ from jaxtyping import Float, Int
 from mocap_jax import so3
 from mocap_jax.body import Topology
 from mocap_jax.compilation_cache import COMPILER_OPTIONS
+from mocap_jax.placement.kinematics import Kinematics
 from mocap_jax.placement.options import ErrorModel
 from mocap_jax.placement.prior import on_grid
-from mocap_jax.placement.kinematics import Kinematics
 from mocap_jax.residuals.inertial import CONSISTENT, log_below_pi
 
 # How long one model error lasts [s]: a board rings on tissue at 8 to 20 Hz.
