@@ -12,7 +12,7 @@ from jax import Array
 from jaxtyping import Bool, Float
 
 from mocap_jax import so3
-from mocap_jax.body import Body
+from mocap_jax.body import Body, floating_dofs, joint_dofs
 from mocap_jax.estimate.derivatives.averaging import de_averaged, interval_means
 from mocap_jax.estimate.sequence.layout import Layout, Terms
 from mocap_jax.estimate.sequence.levels import INFORMATION, KINDS, constant_cells
@@ -116,7 +116,7 @@ class Fixed:
     """Kind -> variances of full model errors, 0 where absent."""
     known: dict[str, Bool[Array, "t s 3"]]
     smoothness_kind: Array
-    """Of each degree of freedom (nv,): 0 joint, 1 shared joint, 2 translation."""
+    """Of each degree of freedom (nv,): 0 joint, 1 shared joint, 2 translation, 3 board on skin."""
     root_known: Bool[Array, "t"]
     rest_frames: Bool[Array, "t"]
     """Frames of the rest hold whose gyroscopes tell the bias."""
@@ -171,7 +171,10 @@ def _information(kind: str, fixed: Fixed, p: Parameters) -> Array:
 
 
 def _smoothness(fixed: Fixed, p: Parameters) -> Array:
-    of = lambda q: jnp.stack([getattr(q.figures, name) for name in _SMOOTHNESS])  # noqa: E731
+    def of(q: Parameters) -> Array:
+        # Displacements of boards have a density of their own, which is no parameter.
+        return jnp.stack([*(getattr(q.figures, name) for name in _SMOOTHNESS), jnp.ones(())])
+
     return fixed.terms.smoothness_information * (of(fixed.base) / of(p))[fixed.smoothness_kind]
 
 
@@ -199,7 +202,7 @@ def _reference_information(layout: Layout, fixed: Fixed, p: Parameters) -> Array
     rooted = rooted.at[:, :first].set(jnp.where(fixed.root_known[:, None], root, 1.0))
     if (further := layout.topology.root_dofs[first:]).any():
         rooted = rooted.at[:, first + np.flatnonzero(further)].set(1.0)
-    weak = jnp.full(rooted.shape, square("pose_sigma"))
+    weak = jnp.ones(rooted.shape).at[:, joint_dofs(layout.topology)].set(square("pose_sigma"))
     return fixed.terms.reference_information * jnp.stack([rooted, weak])
 
 
@@ -225,12 +228,13 @@ def constants_prior(
     return prior, (values.at[cells["gyroscope_bias"]].add(mean.ravel()), sure)
 
 
-def smoothness_kinds(layout: Layout, shared: np.ndarray) -> np.ndarray:
+def smoothness_kinds(body: Body, shared: np.ndarray) -> np.ndarray:
     """Which density each degree of freedom has (nv,), see `Fixed.smoothness_kind`."""
     kind = np.where(shared, 1, 0)
-    topology = layout.topology
+    topology = body.topology
     for j, joint in enumerate(topology.joint_types):
         if joint in ("slide", "free"):
             first = topology.joint_dof[j]
             kind[first : first + (3 if joint == "free" else 1)] = 2
+    kind[floating_dofs(body)] = 3
     return kind

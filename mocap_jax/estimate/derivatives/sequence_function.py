@@ -92,7 +92,8 @@ class Differentiable:
         Steps from the solution are taken with its factored normal equations.
         """
         point, size = self._moved(parameters)
-        return Estimate(point.q, point.constants, size)
+        # What follows the body's own coordinates are displacements of boards on the skin.
+        return Estimate(point.q[:, : self.solution.body.nq], point.constants, size)
 
     def _moved(self, parameters: Parameters) -> tuple[Point, Array]:
         bound = self._bound(parameters)
@@ -177,7 +178,7 @@ def _fixed(recording: Recording, solution: Solution, run: Run) -> Fixed:
         declared={k: np.where(np.isfinite(v[0]), v[0], 1.0) for k, v in built.variances.items()},
         model={k: np.where(np.isfinite(v[0]), v[1], 0.0) for k, v in built.variances.items()},
         known=known,
-        smoothness_kind=smoothness_kinds(layout, shared_joints(solution.body, layout.sites)),
+        smoothness_kind=smoothness_kinds(run.body, shared_joints(run.body, layout.sites)),
         root_known=root,
         rest_frames=rest,
         prior_information=problem.prior_information,
