@@ -133,6 +133,18 @@ class StoredProgram(Generic[T]):
 _programs: weakref.WeakSet[StoredProgram] = weakref.WeakSet()
 
 
+def forget_programs() -> None:
+    """Drop what is compiled and held in memory, JAX's own programs too; files stay.
+
+    For a process that solves for dozens of different suits: each brings its own programs, and a
+    process may have so many maps of memory (65 530 on most systems).
+    """
+    for program in tuple(_programs):
+        with program._lock:
+            program._loaded.clear()
+    jax.clear_caches()
+
+
 def _after_fork() -> None:
     # A thread that is not in the forked process may have held a lock.
     for program in _programs:

@@ -19,7 +19,7 @@ import mocap_jax as mj
 from mocap_jax import program_key
 from mocap_jax.body import load_body
 from mocap_jax.estimate.compile_clock import CompileClock
-from mocap_jax.stored_programs import StoredProgram
+from mocap_jax.stored_programs import StoredProgram, forget_programs
 
 
 @pytest.fixture
@@ -253,3 +253,20 @@ def test_a_machine_with_two_devices_runs_on_one(tmp_path: Path) -> None:
         for _ in range(2)
     ]
     assert out == ["traced\n[0.5 0.5 0.5]\n", "[0.5 0.5 0.5]\n"]
+
+
+def test_forgotten_programs_are_made_again() -> None:
+    traced = []
+
+    def double(x: np.ndarray) -> np.ndarray:
+        traced.append(x)
+        return 2 * x
+
+    program = StoredProgram(double)
+    for _ in range(2):
+        assert program(np.ones(3)).sum() == 6.0
+    assert len(traced) == 1
+    forget_programs()
+    assert not program._loaded
+    assert program(np.ones(3)).sum() == 6.0
+    assert len(traced) == 2

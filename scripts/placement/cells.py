@@ -106,9 +106,22 @@ def _prior(clip: Clip) -> Any:
     return prior_without(subject_of(clip.motion))
 
 
+_last: list[tuple[Device, ...]] = []
+
+
+def _only_programs_of(boards: tuple[Device, ...]) -> None:
+    """Drop the programs of the last suit if this is another: dozens do not fit in a process."""
+    from mocap_jax.stored_programs import forget_programs
+
+    if _last and _last[0] != boards:
+        forget_programs()
+    _last[:] = [boards]
+
+
 def ensure(cell: Cell, store: Store[Cell]) -> dict[str, Any]:
     """Scores of a cell, computed if they are not there."""
     if not store.has(cell):
+        _only_programs_of(cell.boards)
         store.write(cell, compute(cell))
     found = store.get(cell)
     assert found is not None
