@@ -12,8 +12,16 @@ if TYPE_CHECKING:
     from mocap_jax.simulation.raw import RawSimulation
 
 
-def unheard_anchors(ranges: RangeStream | None, options: SimulationOptions) -> tuple[str, ...]:
-    """Which anchors have no distance to anything, in sentences."""
+def unheard_anchors(
+    ranges: RangeStream | None, options: SimulationOptions, *, limited: bool = False
+) -> tuple[str, ...]:
+    """Which anchors have no distance to anything, in sentences.
+
+    Args:
+        ranges: those of the recording.
+        options: of the simulation.
+        limited: `--max-range` was given, so that longer slots change nothing.
+    """
     if ranges is None:
         return ()
     import numpy as np
@@ -25,7 +33,8 @@ def unheard_anchors(ranges: RangeStream | None, options: SimulationOptions) -> t
     ):
         heard = {names[i] for i in np.unique(index[np.asarray(ranges.confidence) > 0])}
         out += [name for name in names if name.startswith(ANCHOR_PREFIX) and name not in heard]
-    return _sentences(out, "no distance is measured to", options.max_range_m)
+    advice = f"--max-range says {options.max_range_m:g} m" if limited else None
+    return _sentences(out, "no distance is measured to", advice or _slots(options.max_range_m))
 
 
 def far_anchors(raw: RawSimulation, options: SimulationOptions) -> tuple[str, ...]:
@@ -41,13 +50,12 @@ def far_anchors(raw: RawSimulation, options: SimulationOptions) -> tuple[str, ..
         for s, name in enumerate(sources)
     } | {name: raw.distance[:, r].min(initial=np.inf) for r, name in enumerate(raw.wires)}
     far = [n for n, d in shortest.items() if n.startswith(ANCHOR_PREFIX) and d > farthest]
-    return _sentences(far, "nothing comes near enough to", farthest)
+    return _sentences(far, "nothing comes near enough to", _slots(farthest))
 
 
-def _sentences(names: list[str], fault: str, farthest: float) -> tuple[str, ...]:
-    if not names:
-        return ()
-    return (
-        f"{fault} {', '.join(names)}: the slots hear {farthest:.3g} m; longer ones "
-        "(--pulse-interval) hear farther",
-    )
+def _slots(farthest: float) -> str:
+    return f"the slots hear {farthest:.3g} m; longer ones (--pulse-interval) hear farther"
+
+
+def _sentences(names: list[str], fault: str, advice: str) -> tuple[str, ...]:
+    return (f"{fault} {', '.join(names)}: {advice}",) if names else ()

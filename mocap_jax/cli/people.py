@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -136,11 +137,15 @@ def _other(arguments: argparse.Namespace, index: int) -> Motion:
     try:
         return chosen_motion(own)
     except UsageError as error:
-        text = str(error)
-        for option, _, _ in FILE_OPTIONS:
-            if text.startswith(f"--{option} "):
-                text = text.replace(f"--{option} ", f"--with-{option} ", 1)
-        raise UsageError(text) from error
+        raise UsageError(_of_the_others(str(error), own.body)) from error
+
+
+def _of_the_others(text: str, body: str | None) -> str:
+    """A fault that begins with an option of MOTION, by the option of `--with` that is meant."""
+    for option in ("body", *(o for o, _, _ in FILE_OPTIONS)):
+        text = re.sub(f"^--{option} ", f"--with-{option} ", text)
+    # What makes a human has no options of its own here: it stands in the text of the body.
+    return re.sub(f"^--({'|'.join(_BODY_OPTIONS)}): ", lambda _: f"--with-body {body}: ", text)
 
 
 def _of_one_rate(motions: dict[str, Motion], fastest_joint: float) -> dict[str, Motion]:

@@ -98,7 +98,7 @@ def run(arguments: argparse.Namespace) -> int:
     if figures is not None:
         for text in strangers(arguments.setup, figures, recording.setup, tuple(recording.inertial)):
             warn_on_stderr(text)
-    for text in unheard_anchors(recording.ranges, options):
+    for text in unheard_anchors(recording.ranges, options, limited=arguments.max_range is not None):
         warn_on_stderr(text)
     write_recording(output, recording)
     start, end = recording.interval

@@ -63,7 +63,8 @@ def add_recording_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--max-range", type=number_between(0.1, 20), metavar="M",
-        help="longest distance that is heard (default: what a slot hears, 2.75 in 0.008 s)",
+        help="longest distance that is heard (default: what a slot hears, 2.75 in 0.008 s); with "
+        "--raw slots decide that, and this only how early the last pulse sounds",
     )  # fmt: skip
 
 

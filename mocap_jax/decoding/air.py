@@ -10,9 +10,10 @@ from jaxtyping import Float
 
 from mocap_jax.errors import InputError
 from mocap_jax.recording import Recording
+from mocap_jax.recording.driver_box import CELSIUS
 from mocap_jax.signals.ultrasonic.air import speed_of_sound, temperature
 
-_CELSIUS, _PERCENT = (-60.0, 60.0), (0.0, 100.0)
+_PERCENT = (0.0, 100.0)
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,7 @@ class AirOptions:
     """Relative [%]; None takes the air for dry, as 20.05 sqrt(T) does."""
 
     def __post_init__(self) -> None:
-        for name, (low, high) in (("celsius", _CELSIUS), ("humidity", _PERCENT)):
+        for name, (low, high) in (("celsius", CELSIUS), ("humidity", _PERCENT)):
             value = getattr(self, name)
             if value is not None and not low <= value <= high:
                 raise InputError(f"{name} {value:g}: valid are {low:g} to {high:g}")

@@ -162,8 +162,6 @@ class _Decoder:
         except InputError as error:
             raise InputError(f"{path}: {DRIVER_BOX}: {error}") from error
         self.pulses = Pulses(self.bands.index)
-        if setup.sources:  # otherwise the pulses name them, and the check waits for the last
-            self._check("source_offset_m", box.source_offset_m, setup.sources)
 
     @property
     def farthest(self) -> float:
@@ -172,7 +170,11 @@ class _Decoder:
         return self.options.farthest_m
 
     def check_names(self, declared: tuple[str, ...], wires: tuple[str, ...]) -> None:
-        """Refuse figures of what is not there; raises `InputError`."""
+        """Refuse figures of what is not there, once all pulses have named their sources.
+
+        Raises:
+            InputError: naming the figure.
+        """
         self._check("source_offset_m", self.box.source_offset_m, self.pulses.sources(declared)[1])
         self._check("receiver_celsius", self.box.receiver_celsius, wires)
 

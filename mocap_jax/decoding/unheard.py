@@ -7,15 +7,19 @@ from dataclasses import replace
 import numpy as np
 from jax import device_put
 from jax.typing import ArrayLike
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from mocap_jax.body.site_names import ANCHOR_PREFIX
 from mocap_jax.decoding.pulses import Pulses
 from mocap_jax.recording import RangeStream
 
+_GOOD, _OFTEN = 0.35, 0.05
+"""An anchor is near enough if this share of the pulses has a confidence above this: boards that are
+hidden, and times when all are far, do not outvote those that hear. What comes from beyond a slot is
+too faint for the place that it seems to have: 1 % of its pulses has such a confidence."""
 _FAINT = 0.15
-"""Mean confidence of an anchor's distances below which it is too far. What comes from beyond a slot
-is too faint for the place that it seems to have, and has a tenth of this."""
+"""Mean confidence of an anchor's distances below which it is too far otherwise. Of what comes from
+beyond a slot it is a tenth of this or a fifth."""
 _RARE = 0.02
 """Sum of confidences over the pulses below which an anchor or a worn source is not heard: silence
 has 0.003, since one in a hundred slots of noise has a peak of 4 noise amplitudes."""
@@ -36,12 +40,12 @@ def without_faint_anchors(
     counts = _counts(ranges, pulses)
     sources = {
         name for s, name in enumerate(ranges.source_names)
-        if name.startswith(ANCHOR_PREFIX) and _is_faint(_of(ranges.source, ranges, s), counts[s])
+        if name.startswith(ANCHOR_PREFIX) and _is_faint(*_of(ranges.source, ranges, s), counts[s])
     }  # fmt: skip
     receivers = {
         name for r, name in enumerate(ranges.receiver_names)
         if name.startswith(ANCHOR_PREFIX)
-        and _is_faint(_of(ranges.receiver, ranges, r), counts.sum())
+        and _is_faint(*_of(ranges.receiver, ranges, r), counts.sum())
     }  # fmt: skip
     away = [np.isin(index, [i for i, name in enumerate(names) if name in faint])
             for index, names, faint in (
@@ -75,7 +79,7 @@ def sentences(
     dead = [
         name for s, name in enumerate(ranges.source_names)
         if not name.startswith(ANCHOR_PREFIX)
-        and _of(ranges.source, ranges, s).sum() < _RARE * counts[s]
+        and _of(ranges.source, ranges, s)[0].sum() < _RARE * counts[s]
     ]  # fmt: skip
     out = [f"no wire hears {', '.join(dead)}"] if dead else []
     if faint:
@@ -92,11 +96,30 @@ def _counts(ranges: RangeStream, pulses: Pulses) -> np.ndarray:
     return np.bincount(index, minlength=len(ranges.source_names))
 
 
-def _is_faint(confidence: Float[np.ndarray, "k"], pulses: int) -> bool:
-    return bool(pulses and (confidence.mean() < _FAINT or confidence.sum() < _RARE * pulses))
+def _is_faint(confidence: Float[np.ndarray, "k"], pulse: Int[np.ndarray, "k"], pulses: int) -> bool:
+    """Whether an anchor is too far.
+
+    Args:
+        confidence: of its distances.
+        pulse: which pulse each is of.
+        pulses: number of those that could have been heard.
+    """
+    if not pulses or len(np.unique(pulse[confidence > _GOOD])) >= _OFTEN * pulses:
+        return False
+    return bool(confidence.mean() < _FAINT or confidence.sum() < _RARE * pulses)
 
 
-def _of(index: ArrayLike, ranges: RangeStream, which: int) -> Float[np.ndarray, "k"]:
-    """Confidences of the distances of one source or receiver; a 0 where there are none."""
-    own = np.asarray(ranges.confidence)[np.asarray(index) == which]
-    return own if own.size else np.zeros(1)
+def _of(
+    index: ArrayLike, ranges: RangeStream, which: int
+) -> tuple[Float[np.ndarray, "k"], Int[np.ndarray, "k"]]:
+    """Confidences of the distances of one source or receiver, and their pulses.
+
+    Sources of several frequencies sound at the same time: a pulse is a time and a source. Where
+    there are no distances, there is one of confidence 0.
+    """
+    own = np.asarray(index) == which
+    if not own.any():
+        return np.zeros(1), np.zeros(1, int)
+    named = np.stack([np.asarray(ranges.time)[own], np.asarray(ranges.source)[own]], axis=1)
+    pulse = np.unique(named, axis=0, return_inverse=True)[1]
+    return np.asarray(ranges.confidence)[own], pulse.reshape(-1)

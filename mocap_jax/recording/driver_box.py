@@ -11,6 +11,8 @@ _POSITIVE = (
     "reference", "accelerometer_full_scale", "gyroscope_full_scale", "resonance_hz", "quality",
 )  # fmt: skip
 _TABLES = ("source_offset_m", "receiver_celsius")
+CELSIUS = (-60.0, 60.0)
+"""Temperatures of the air that are believed [degrees Celsius]; kelvin are not among them."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,13 @@ class DriverBox:
             for key, value in table.items():
                 if not _finite(value):
                     raise InputError(f"{name} of '{key}': {value}; valid: numbers")
+        low, high = CELSIUS
+        for key, value in self.receiver_celsius.items():
+            if not low <= value <= high:
+                raise InputError(
+                    f"receiver_celsius of '{key}': {value}; valid: {low:g} to {high:g} degrees "
+                    "Celsius"
+                )
 
 
 def _finite(value: object) -> bool:

@@ -83,6 +83,9 @@ def test_anchors_too_far_for_the_slots_are_told(run, nod, tmp_path):
     asked = ["simulate", nod, "--sensors", worn, "--profile", "ideal", "-o", out]
     (line,) = run(*asked).error_lines
     assert "no distance is measured to anchor/lamp: the slots hear 2.75 m" in line
+    assert "--pulse-interval" in line
+    (line,) = run(*asked, "--pulse-interval", "0.016", "--max-range", "2").error_lines
+    assert line.endswith("no distance is measured to anchor/lamp: --max-range says 2 m")
     (line,) = run(*asked, "--raw").error_lines
     assert "nothing comes near enough to anchor/lamp" in line and "--pulse-interval" in line
     (line,) = run("decode", out, "-o", tmp_path / "heard.mcap").error_lines

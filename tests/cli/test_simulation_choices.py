@@ -81,6 +81,8 @@ def test_the_recording_is_as_asked(run, tmp_path):
         (["--raw", "--raw-set", "flor_m=0"], "unknown name 'flor_m'; valid: floor_m"),
         (["--raw", "--raw-set", "floor_m=low"], "floor_m=low: expected NAME=NUMBER"),
         (["--raw", "--raw-set", "wall_reflection=2"], "wall_reflection 2: valid are 0 to 1"),
+        (["--raw", "--raw-set", "chunk_s=1e-7"], "--raw-set: chunk_s 1e-07: valid are 0.001 to 60"),
+        (["--raw", "--raw-set", "floor_m=nan"], "--raw-set: floor_m nan: valid are heights"),
         (["--raw", "--magnetometers", "50"], "--magnetometers: the driver box"),
     ],
 )  # fmt: skip

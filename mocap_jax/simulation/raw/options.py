@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from mocap_jax.errors import InputError
@@ -11,6 +12,8 @@ _FROM_ZERO = {
     "microphone_beam": 10.0, "interference": 32768.0, "detune_hz": 5000.0, "clock_ppm": 300.0,
 }  # fmt: skip
 """Largest value of each option that may be 0."""
+_CHUNK = (1e-3, 60.0)
+"""Shorter chunks are more headers than samples, longer ones fill the memory [s]."""
 
 
 @dataclass(frozen=True)
@@ -49,9 +52,14 @@ class RawOptions:
     """Length of a chunk of samples."""
 
     def __post_init__(self) -> None:
-        for name in ("reference", "telemetry", "wall_distance_m", "ceiling_m", "chunk_s"):
-            if not getattr(self, name) > 0:
-                raise InputError(f"{name} {getattr(self, name):g}: must be above 0")
+        for name in ("reference", "telemetry", "wall_distance_m", "ceiling_m"):
+            if not 0 < getattr(self, name) < math.inf:
+                raise InputError(f"{name} {getattr(self, name):g}: valid are numbers above 0")
+        if self.floor_m is not None and not math.isfinite(self.floor_m):
+            raise InputError(f"floor_m {self.floor_m:g}: valid are heights [m]")
+        low, high = _CHUNK
+        if not low <= self.chunk_s <= high:
+            raise InputError(f"chunk_s {self.chunk_s:g}: valid are {low:g} to {high:g}")
         for name, most in _FROM_ZERO.items():
             if not 0 <= getattr(self, name) <= most:
                 raise InputError(f"{name} {getattr(self, name):g}: valid are 0 to {most:g}")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mocap_jax.errors import InputError
 from mocap_jax.simulation.flight import Emissions
 from mocap_jax.simulation.raw.options import RawOptions
 from mocap_jax.simulation.rig import Rig, place
@@ -37,6 +38,9 @@ def room_around(
         source: index of each pulse's source.
         emissions: where these are.
         options: how large the room is.
+
+    Raises:
+        InputError: a floor above something worn.
     """
     place(rig, spline.pose(np.array([spline.start]))[0])
     devices = np.concatenate([rig.source_sites, rig.microphone_sites])
@@ -45,6 +49,10 @@ def room_around(
     heights = np.concatenate([rig.data.site_xpos[rig.board_sites][:, 2], worn[:, 2]])
     below = float(heights.min(initial=np.inf)) - _FLOOR_CLEARANCE
     floor = below if options.floor_m is None else options.floor_m
+    if options.floor_m is not None:
+        hearing = emissions.origin[:, None] + emissions.way
+        microphones = hearing[:, rig.model.site_bodyid[rig.microphone_sites] > 0, 2]
+        _check_floor(floor, np.concatenate([heights, microphones.ravel()]))
     fixed = anchors[:, 2]
     floor = min(floor, float(fixed.min(initial=np.inf)) - _FIXED_CLEARANCE)
     ceiling = max(floor + options.ceiling_m, float(fixed.max(initial=-np.inf)) + _FIXED_CLEARANCE)
@@ -53,3 +61,13 @@ def room_around(
     high = places.max(axis=0) + options.wall_distance_m
     walls = [(axis, float(side[axis])) for axis in (0, 1) for side in (low, high)]
     return Room(floor, ((2, ceiling), *walls))
+
+
+def _check_floor(floor: float, heights: np.ndarray) -> None:
+    """Refuse a floor above any of these heights [m]; raises `InputError`."""
+    lowest = float(heights.min(initial=np.inf))
+    if floor > lowest:
+        raise InputError(
+            f"floor_m {floor:g}: above what is worn, which comes down to {lowest:.2f} m; valid are "
+            "floors below"
+        )

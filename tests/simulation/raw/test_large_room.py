@@ -9,7 +9,7 @@ import pytest
 
 from mocap_jax.decoding import AirOptions, decode_raw
 from mocap_jax.errors import InputError
-from mocap_jax.io.raw_file import write_raw
+from mocap_jax.io.raw_file import RawReader, write_raw
 from mocap_jax.recording import DriverBox
 from mocap_jax.signals.ultrasonic.arrivals import ArrivalDetector, DetectorOptions
 from mocap_jax.signals.wire import BLOCK_SAMPLES
@@ -142,11 +142,31 @@ def test_figures_of_what_is_not_there_are_refused(motion, suit, tmp_path, figure
         ({"quality": "high"}, "quality: high; valid"),
         ({"source_offset_m": {"source/front": "1 mm"}}, "source_offset_m of 'source/front': 1 mm"),
         ({"receiver_celsius": 20.0}, "receiver_celsius must be a table of numbers by name"),
+        ({"receiver_celsius": {"anchor/ear": 293.15}},
+         "receiver_celsius of 'anchor/ear': 293.15; valid: -60 to 60 degrees Celsius"),
+        ({"receiver_celsius": {"anchor/ear": -300}}, "receiver_celsius of 'anchor/ear': -300"),
     ],
-)
+)  # fmt: skip
 def test_wrong_figures_of_a_driver_box(figures, fault):
     with pytest.raises(InputError, match=fault):
         DriverBox(**figures)
+
+
+def test_a_calibrated_source_that_sounds_need_not_be_declared(motion, suit, tmp_path, monkeypatch):
+    """The set-up names one of two sources; the pulses name the other one."""
+    options = SimulationOptions(rest_s=0.3, blend_s=0.5)
+    raw = simulate_raw(motion, profile="ideal", suit=suit, options=options)
+    path, offset = tmp_path / "undeclared.raw.mcap", {"source/back": 0.02}
+    write_raw(
+        path, raw.recording, replace(raw.box, source_offset_m=offset), sample_rate_hz=150_000.0,
+        wires=raw.wires, pulse_time=raw.pulse_time[:50], pulse_source=raw.pulse_source[:50],
+        pieces=[next(raw.chunks())],
+    )  # fmt: skip
+    whole = RawReader.setup
+    monkeypatch.setattr(
+        RawReader, "setup", lambda reader: replace(whole(reader), sources=("source/front",))
+    )
+    assert "source/back" in decode_raw(path).recording.ranges.source_names
 
 
 def test_an_anchor_that_hears_nobody_is_told(motion, suit, tmp_path):

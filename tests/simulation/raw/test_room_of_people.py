@@ -193,6 +193,28 @@ def test_the_room_holds_everything(motion, suit):
     assert low.floor == pytest.approx(-1.02) and low.others[0][1] == pytest.approx(1.58)
     walls = [place for axis, place in high.others if axis == 0]
     assert walls[1] == pytest.approx(4.5), "1.5 m beyond the lamp"
+    with pytest.raises(InputError, match=r"floor_m 2: above what is worn, which comes down to"):
+        room(floor_m=2.0)
+
+
+@pytest.mark.parametrize(
+    ("figure", "fault"),
+    [
+        ({"chunk_s": 1e-7}, "chunk_s 1e-07: valid are 0.001 to 60"),
+        ({"chunk_s": np.inf}, "chunk_s inf: valid are 0.001 to 60"),
+        ({"chunk_s": np.nan}, "chunk_s nan: valid are"),
+        ({"floor_m": np.nan}, "floor_m nan: valid are heights"),
+        ({"floor_m": -np.inf}, "floor_m -inf: valid are heights"),
+        ({"reference": np.inf}, "reference inf: valid are numbers above 0"),
+        ({"telemetry": 0.0}, "telemetry 0: valid are numbers above 0"),
+        ({"wall_distance_m": np.inf}, "wall_distance_m inf: valid are numbers above 0"),
+        ({"ceiling_m": np.inf}, "ceiling_m inf: valid are numbers above 0"),
+        ({"humidity": np.nan}, "humidity nan: valid are 0 to 100"),
+    ],
+)
+def test_levels_and_rooms_that_are_none(figure, fault):
+    with pytest.raises(InputError, match=fault):
+        RawOptions(**figure)
 
 
 def test_wrong_frequencies(motion, suit, path, tmp_path):
