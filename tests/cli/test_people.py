@@ -272,7 +272,7 @@ def test_a_ball_in_the_hand_is_no_person(run, monkeypatch, nodding_body, nod, tm
         (["--with", "routine", "--with-body", "human:height=tall"],
          "--with-body human:height=tall: 'height=tall' cannot be read"),
         (["--with", "routine", "--with-body", "human:height=9"],
-         "--with-body human:height=9: height 9"),
+         "--with-body human:height=9: height must be 0.5 to 2.5 m"),
         (["--with", "routine", "--place", "1"], "'1' is not X,Y or X,Y,DEGREES"),
         (["--with", "routine", "--place", "1,nan"], "'1,nan' is not X,Y or X,Y,DEGREES"),
         (["--with", "routine", "--frequencies", "40000,-1"], "not a list of numbers above zero"),
