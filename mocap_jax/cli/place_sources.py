@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from mocap_jax.placement import PlacementStudy
 
 
+# Whatever --quantity, --objective and --over say of the boards.
+_CRITERION = "mean squared error of joint centres, mean of motions"
+
+
 def check_sources(count: int | None, body: Body) -> None:
     """Refuse more sources than there are to choose from."""
     from mocap_jax.simulation import default_suit
@@ -43,13 +47,14 @@ def with_sources(
     best = replace(study.best, suit=found.suit)
     record: dict[str, object] = {
         "chosen": list(found.chosen),
+        "criterion": _CRITERION,
         "expected_position_error_mean_cm": found.expected_cm,
         "with_all_cm": found.all_cm,
         "without_distances_cm": found.none_cm,
         "certificate": found.certificate.sentence,
     }
     told = (
-        f"\n\nsources of placement 1: {', '.join(found.chosen)}\n"
+        f"\n\nsources of placement 1, by the {_CRITERION}: {', '.join(found.chosen)}\n"
         f"expected error {found.expected_cm:.2f} cm with them, {found.all_cm:.2f} with all "
         f"{len(everything.sources)}, {found.none_cm:.2f} without distances"
     )

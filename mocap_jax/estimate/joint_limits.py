@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from mocap_jax.body import Body, frames
 from mocap_jax.errors import InputError
-from mocap_jax.estimate.sequence.user_residuals import UserResidual
+from mocap_jax.estimate.sequence.user_residuals import UserResidual, frame_step
 from mocap_jax.pose_prior import JointLimits
 from mocap_jax.pose_prior.rotations import joints_of, segment_pairs
 from mocap_jax.residuals.joint_space import limit_violation
@@ -62,10 +62,12 @@ def joint_limits(
         The residual "joint_limits" and its rows.
 
     Raises:
-        InputError: the body has none of the joints, or figures are not above zero.
+        InputError: the body has none of the joints, figures are not above zero, or fewer than two
+            frames.
     """
     if not (sigma > 0 and softness > 0):
         raise InputError("joint limits: sigma and softness must be above 0")
+    step = frame_step(time, "joint limits")
     own = joints_of(body, limits.joints)
     if not own:
         raise InputError(
@@ -74,12 +76,12 @@ def joint_limits(
         )
     at = [limits.joints.index(pair) for pair in own]
     child, parent = segment_pairs(body, own).T
-    anatomical, time = anatomical_frames(body), np.asarray(time)
+    anatomical = anatomical_frames(body)
     mean = Rotation.from_quat(limits.mean[at], scalar_first=True).as_matrix()
     row = {
         "child_frame": anatomical[child], "parent_mean": anatomical[parent] @ mean,
         "lower": limits.lower[at], "upper": limits.upper[at],
-        "root_information": np.asarray(np.sqrt(float(time[1] - time[0])) / sigma),
+        "root_information": np.asarray(np.sqrt(step) / sigma),
     }  # fmt: skip
     rows = {name: np.broadcast_to(x, (len(time), *x.shape)) for name, x in row.items()}
     segments = tuple((int(c), int(p)) for c, p in zip(child, parent, strict=True))

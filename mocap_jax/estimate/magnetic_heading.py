@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from mocap_jax.body import Body, site_frames
 from mocap_jax.errors import InputError, unknown_name
-from mocap_jax.estimate.sequence.user_residuals import UserResidual
+from mocap_jax.estimate.sequence.user_residuals import UserResidual, frame_step
 from mocap_jax.estimate.whole_sequence_options import OptimiseOptions
 from mocap_jax.measurement.frame_data import site_of_sensor
 from mocap_jax.recording import MagneticStream, Recording
@@ -82,12 +82,13 @@ def magnetic_heading(
         The residual "magnetometer" and its rows.
 
     Raises:
-        InputError: no magnetic stream, an unknown sensor, or figures not above zero.
+        InputError: no magnetic stream, an unknown sensor, figures not above zero, or fewer than
+            two frames.
     """
     if not recording.magnetic:
         raise InputError("magnetic heading: the recording has no magnetic streams (/magnetic/...)")
+    step = frame_step(time, "magnetic heading")
     readings = magnetic_readings(recording, body, time, north=north, sensors=sensors)
-    step = float(np.asarray(time)[1] - np.asarray(time)[0])
     return heading_residual(
         readings, step, sigma=sigma, correlation_time=correlation_time, loss=loss, scale=scale
     )

@@ -1,5 +1,6 @@
 """Where sensors should go: expected errors of a placement, and the search for the best one."""
 
+from mocap_jax.placement.distance import DistanceError
 from mocap_jax.placement.export import study_record, write_placement
 from mocap_jax.placement.options import (
     Constraints,
@@ -18,7 +19,7 @@ from mocap_jax.placement.study import (
 )
 
 __all__ = [
-    "Constraints", "CurvePoint", "ErrorModel", "Judge", "Placement", "PlacementOptions",
-    "PlacementStudy", "SearchOptions", "SourceStudy", "carrying_segments", "choose_sources",
-    "place", "study_record", "write_placement",
+    "Constraints", "CurvePoint", "DistanceError", "ErrorModel", "Judge", "Placement",
+    "PlacementOptions", "PlacementStudy", "SearchOptions", "SourceStudy", "carrying_segments",
+    "choose_sources", "place", "study_record", "write_placement",
 ]  # fmt: skip

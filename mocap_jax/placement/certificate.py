@@ -1,4 +1,4 @@
-"""`Certificate`: how good a choice of segments provably is."""
+"""`Certificate`: how good a choice of segments, or of sources, provably is."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Certificate:
-    """What is known about the best choice of segments among the candidates' places."""
+    """What is known about the best choice of candidates, each at its place."""
 
     value: float
     """Criterion of the choice."""
@@ -17,6 +17,8 @@ class Certificate:
     """Choices evaluated exactly."""
     exhaustive: bool
     """All choices that the constraints allow were evaluated."""
+    dropped: int = 0
+    """Better choices evaluated that are left out: no places far enough apart were found."""
 
     @property
     def gap(self) -> float:
@@ -26,12 +28,15 @@ class Certificate:
     @property
     def sentence(self) -> str:
         """For people."""
+        left = ""
+        if self.dropped:
+            left = f" but {self.dropped} better, left out for the least distance between sensors"
         if self.exhaustive:
-            return f"best of all {self.evaluated} choices (exhaustive search)"
-        found = (
-            f"best of {self.evaluated} choices evaluated, no exchange of one segment found better"
-        )
+            return f"best of all {self.evaluated} choices (exhaustive search){left}"
+        found = f"best of {self.evaluated} choices evaluated{left}"
+        if not self.dropped:  # exchanges were those of the best of all
+            found += ", no exchange of one for another found better"
         if self.bound <= 0.0:
-            return f"{found}; no bound for this objective"
+            return f"{found}; nothing is proven of the others"
         proven = f"relaxation proves that none is better by more than {100 * self.gap:.0f} %"
         return f"{found}; {proven}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import jax
@@ -73,18 +73,22 @@ def refine(
         report: called after every step.
     """
     surfaces = Surfaces(patches)
-    generator = np.random.default_rng(options.seed)
     best: Found | None = None
-    for start in range(options.restarts):
-        free = np.zeros((len(patches), 2))
-        if start:
-            free = _SPREAD * generator.standard_normal(free.shape)
+    for free in starts(len(patches), options):
         found = _descend(criterion, surfaces, resting, free, options, distance, size, report)
         kept = found.closest >= distance
         if best is None or (not kept, found.value) < (best.closest < distance, best.value):
             best = found
     assert best is not None
     return best
+
+
+def starts(sensors: int, options: SearchOptions) -> Iterator[Float[np.ndarray, "n 2"]]:
+    """Unbounded coordinates that searches start from, those of the patches' middles first."""
+    generator = np.random.default_rng(options.seed)
+    yield np.zeros((sensors, 2))
+    for _ in range(options.restarts - 1):
+        yield _SPREAD * generator.standard_normal((sensors, 2))
 
 
 def _descend(

@@ -40,7 +40,7 @@ class Candidates:
     wire: Float[np.ndarray, "n"]
     """Length of wire from the hub [m]."""
     farthest: Float[np.ndarray, "n n"] | None = None
-    """How far two sensors can be from each other, at most [m]; None: far enough."""
+    """What distance two sensors cannot exceed [m]; None: far enough."""
 
     def within(self, chosen: list[int], c: Constraints) -> bool:
         """Whether cost, wire and distances keep to their limits."""
@@ -110,7 +110,7 @@ class Selector:
         least = 1 / self._programme(count)[1] if self.planes else 0.0
         return best, Certificate(value, min(least, value), len(self.values) - before, False)
 
-    def ranking(self, count: int, length: int) -> list[Subset]:
+    def ranking(self, count: int, length: int | None = None) -> list[Subset]:
         """Best subsets evaluated so far, the best first."""
         of_size = [s for s in self.values if len(s) == count]
         return sorted(of_size, key=self.values.__getitem__)[:length]

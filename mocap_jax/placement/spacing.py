@@ -10,14 +10,19 @@ import numpy as np
 import optax
 from jax import Array
 from jaxtyping import Float
+from scipy.spatial.distance import cdist
 
-from mocap_jax.placement.surface import Patch, Surfaces
+from mocap_jax.placement.surface import Patch, Surfaces, board_point
 
 # What sensors are moved apart by beyond the least distance, so that rounding does not undo it.
 _MARGIN = 1.01
 _STEPS, _RATE = 300, 0.1
 # Places of a patch that are tried for its greatest distance from others, each way.
-_GRID = 6
+_GRID = 16
+# Unbounded coordinates reach that far: places nearer the edges are hardly different.
+_REACH = 4.0
+# Sensors nearer than this [m] have no direction to part in, and get one by a push that long.
+_TOUCHING, _PUSH = 1e-3, 0.02
 
 
 @dataclass(frozen=True)
@@ -68,27 +73,40 @@ def kept_apart(
     bodies = np.array([p.body for p in surfaces.patches])
     points = lambda x: surfaces.points(surfaces.places(x))  # noqa: E731
     slope = jax.jit(jax.grad(lambda x: crowding(points(x), bodies, resting, _MARGIN * distance)))
-    # Two patches whose middles lie above each other part by a first push.
     current = jnp.asarray(free, float)
+    if distance > 0 and closest(points(current), bodies, resting) < _TOUCHING:
+        # At coincident points the slope is zero.
+        current += _PUSH * np.random.default_rng(0).standard_normal(current.shape)
     optimiser = optax.adam(_RATE)
     state = optimiser.init(current)
     for _ in range(_STEPS):
         if closest(points(current), bodies, resting) >= distance:
             break
         change, state = optimiser.update(slope(current), state)
-        current = jnp.clip(current + change, -4.0, 4.0)
+        current = jnp.clip(current + change, -_REACH, _REACH)
     return np.asarray(current)
 
 
 def farthest(patches: tuple[Patch, ...], resting: Resting) -> Float[np.ndarray, "n n"]:
-    """How far a sensor on one patch can be from one on another, at most [m]."""
-    share = np.linspace(-4.0, 4.0, _GRID)
-    grid = np.stack(np.meshgrid(share, share), -1).reshape(-1, 2)
-    world = []
-    for patch in patches:
-        surfaces = Surfaces((patch,) * len(grid))
-        points = surfaces.points(surfaces.places(jnp.asarray(grid)))
-        world.append(np.asarray(resting.world(np.full(len(grid), patch.body), points)))
-    every = np.stack(world)
-    apart = np.linalg.norm(every[:, None, :, None] - every[None, :, None, :], axis=-1)
-    return apart.max((2, 3))
+    """What distance no sensor on one patch exceeds from one on another [m].
+
+    It is the greatest distance of points of a grid, and how far from those others can be: no pair
+    that could keep a distance is excluded by it, but some that cannot are not (by some cm).
+    """
+    world, rest = zip(*(_sampled(patch, resting) for patch in patches), strict=True)
+    apart = np.array([[cdist(one, other).max() for other in world] for one in world])
+    return apart + np.add.outer(rest, rest)
+
+
+def _sampled(patch: Patch, resting: Resting) -> tuple[Float[np.ndarray, "g 3"], float]:
+    """Points of a patch in the world, evenly, and how far others are from the nearest [m]."""
+    edge = 1 / (1 + np.exp(_REACH))
+    share = np.linspace(edge, 1 - edge, _GRID)
+    even = np.stack(np.meshgrid(share, share, indexing="ij"), -1).reshape(-1, 2)
+    low, high = np.array([patch.along, patch.around]).T
+    points = jax.vmap(lambda x: board_point(patch, x))(jnp.asarray(low + (high - low) * even))
+    world = np.asarray(resting.world(np.full(len(even), patch.body), points))
+    grid = world.reshape(_GRID, _GRID, 3)
+    # Half a step one way and half a step the other leads from anywhere to a point of the grid.
+    steps = [np.linalg.norm(np.diff(grid, axis=axis), axis=-1).max() for axis in (0, 1)]
+    return world, 0.5 * float(sum(steps))

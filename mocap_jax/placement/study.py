@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import islice
 
 import jax.numpy as jnp
 import numpy as np
@@ -13,6 +15,7 @@ from mocap_jax.body import Body
 from mocap_jax.errors import InputError, unknown_name
 from mocap_jax.motion import Motion
 from mocap_jax.placement.certificate import Certificate
+from mocap_jax.placement.distance import DistanceError, Keeper
 from mocap_jax.placement.evaluation import Criterion, Evaluation
 from mocap_jax.placement.mounting import mounting_at, with_probe
 from mocap_jax.placement.options import PlacementOptions
@@ -21,7 +24,7 @@ from mocap_jax.placement.rows import Boards
 from mocap_jax.placement.scene import scenes_of
 from mocap_jax.placement.search import boards_on, refine, value_of
 from mocap_jax.placement.selection import Candidates, Selector, Subset
-from mocap_jax.placement.spacing import Resting, closest, farthest, kept_apart
+from mocap_jax.placement.spacing import Resting, farthest
 from mocap_jax.placement.surface import Patch, Surfaces, patches_of
 from mocap_jax.simulation import Suit
 from mocap_jax.simulation.anatomy import anatomy_of
@@ -50,6 +53,7 @@ def place(
 
     Raises:
         InputError: an impossible request; the text names the valid choices.
+        DistanceError: no choice was found whose sensors keep the least distance.
     """
     begin = time.perf_counter()
     with tqdm(desc="place", unit="evaluation", disable=not progress) as bar:
@@ -115,6 +119,7 @@ class _Study:
         self.most = min(options.most or options.sensors + 2, len(self.patches))
         self.middle = Surfaces(self.patches).places(jnp.zeros((len(self.patches), 2)))
         self.resting = _resting(shaped)
+        self.keeper = Keeper(self.patches, self.resting, c.distance_m, options.search)
         relaxable = options.objective != "D"
         self.selector = Selector(
             _candidates(shaped, self.patches, options, self.resting), c, self._value,
@@ -133,15 +138,10 @@ class _Study:
             if found is not None:
                 curve[count] = found
         certificate = curve[self.options.sensors][1]
-        ranked = self.selector.ranking(self.options.sensors, self.options.search.ranked)
-        placements = [self._refined(s) for s in ranked[:_REFINED]]
-        placements += [self._placement(s, self._apart(s)) for s in ranked[_REFINED:]]
-        placements = [p for p in placements if self._keeps_distance(p)]
-        if not placements:
-            raise InputError(
-                f"distance_m {self.options.constraints.distance_m:g}: no two sensors less apart, "
-                "but the segments of the best choices cannot keep them so far from each other"
-            )
+        ranked = self.keeper.kept(self.selector.ranking(self.options.sensors))
+        best = [s for _, s in islice(ranked, self.options.search.ranked)]
+        placements = [self._refined(s) for s in best[:_REFINED]]
+        placements += [self._apart(s) for s in best[_REFINED:]]
         points = tuple(self._point(n, *found) for n, found in curve.items())
         return PlacementStudy(
             self.body, tuple(s.name for s in self.criterion.scenes),
@@ -153,14 +153,28 @@ class _Study:
         """Best subset of a size; other sizes than the one asked for may be impossible."""
         chosen = count == self.options.sensors
         try:
-            return self.selector.choose(count, budget=max(budget, 1), bound=chosen)
+            _, certificate = self.selector.choose(count, budget=max(budget, 1), bound=chosen)
+            return self._kept(count, certificate)
         except InputError:
             if chosen:
                 raise
             return None
 
+    def _kept(self, count: int, certificate: Certificate) -> tuple[Subset, Certificate]:
+        """Best subset whose sensors can be far enough apart, and what is known of it."""
+        found = next(self.keeper.kept(self.selector.ranking(count)), None)
+        if found is None:
+            raise DistanceError(
+                f"distance_m {self.keeper.distance:g}: no choice of {count} segments was found "
+                "whose sensors can be so far from each other"
+            )
+        dropped, subset = found
+        value = self.selector.values[subset]
+        bound = value if certificate.exhaustive else min(certificate.bound, value)
+        return subset, replace(certificate, value=value, bound=bound, dropped=dropped)
+
     def _point(self, count: int, subset: Subset, certificate: Certificate) -> CurvePoint:
-        found = self._placement(subset, self._middles(subset))
+        found = self._apart(subset)
         return CurvePoint(
             count, found.segments, found.mean_cm, found.mean_deg, certificate.exhaustive
         )
@@ -182,17 +196,11 @@ class _Study:
         cut = self.criterion.cut(boards, evaluation)
         return evaluation.value, cut.constant, cut.slope
 
-    def _apart(self, subset: Subset) -> np.ndarray:
-        """Places near the middles that keep the least distance, if any do."""
-        surfaces = Surfaces(tuple(self.patches[i] for i in subset))
-        free, least = np.zeros((len(subset), 2)), self.options.constraints.distance_m
-        return np.asarray(surfaces.places(kept_apart(surfaces, self.resting, free, least)))
-
-    def _keeps_distance(self, placement: Placement) -> bool:
-        boards, segments = placement.suit.boards, anatomy_of(self.body).segments
-        points = jnp.asarray([b.position for b in boards])
-        near = closest(points, np.array([segments[b.segment] for b in boards]), self.resting)
-        return near >= self.options.constraints.distance_m - 1e-6
+    def _apart(self, subset: Subset) -> Placement:
+        """Sensors near the middles of a kept subset's patches, as far apart as they must be."""
+        places = self.keeper.places(subset)
+        assert places is not None
+        return self._placement(subset, places)
 
     def _refined(self, subset: Subset) -> Placement:
         found = refine(

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from mocap_jax import placement
 from mocap_jax.cli.main import main
 from mocap_jax.simulation import load_suit
 
@@ -42,7 +43,8 @@ def test_what_a_study_writes_is_simulated_and_reconstructed(
     asked = ("--quantity", "orientation", "--setup", str(noise), "--sources", "1")
     assert main(["place", "walking:2-3", "-o", str(folder), *ARGUMENTS, *asked]) == 0
     text = capsys.readouterr().out
-    assert "expected error [deg]" in text and "sources of placement 1:" in text
+    assert "expected error [deg]" in text
+    assert "sources of placement 1, by the mean squared error of joint centres" in text
     record = json.loads((folder / "study.json").read_text())
     suit = load_suit(folder / "placement1.toml")
     assert [s.name for s in suit.sources] == record["sources"]["chosen"]
@@ -77,3 +79,16 @@ def test_wrong_input_gives_one_line(
     assert main(["place", *arguments, "-o", str(tmp_path / "out")]) == code
     error = capsys.readouterr().err
     assert message in error and error.count("\n") == 1
+
+
+def test_a_distance_that_no_choice_keeps_names_its_option(
+    tmp_path: Path, capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch
+):
+    def refused(*_: object, **__: object) -> None:
+        raise placement.DistanceError("distance_m 0.3: no choice of 2 segments was found")
+
+    monkeypatch.setattr(placement, "place", refused)
+    arguments = ["place", "walking:2-3", "-n", "2", "--distance", "0.3"]
+    assert main([*arguments, "-o", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert "--distance: distance_m 0.3: no choice of 2" in error and error.count("\n") == 1

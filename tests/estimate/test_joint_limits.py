@@ -88,6 +88,8 @@ def test_joints_that_a_body_lacks_are_left_out(prior, body) -> None:
         mj.joint_limits(limits, foreign, TIME)
     with pytest.raises(InputError, match="sigma and softness"):
         mj.joint_limits(limits, body, TIME, sigma=0.0)
+    with pytest.raises(InputError, match=r"joint limits: time has shape \(1,\); .* two frames"):
+        mj.joint_limits(limits, body, TIME[:1])
     with pytest.raises(InputError, match="limits of L5 in Pelvis: lower is above upper"):
         dataclasses.replace(limits, lower=limits.upper + 1)
     with pytest.raises(InputError, match=r"upper has shape \(2, 3\)"):

@@ -103,3 +103,5 @@ def test_wrong_input() -> None:
         mj.magnetic_heading(readings(), body, TIME, sensors=("chest",))
     with pytest.raises(InputError, match="must be above 0"):
         mj.magnetic_heading(readings(), body, TIME, sigma=0.0)
+    with pytest.raises(InputError, match=r"magnetic heading: time has shape \(1,\); .* two frames"):
+        mj.magnetic_heading(readings(), body, TIME[:1])

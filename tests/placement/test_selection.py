@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mocap_jax.errors import InputError
+from mocap_jax.placement.certificate import Certificate
 from mocap_jax.placement.options import Constraints
 from mocap_jax.placement.selection import Candidates, Selector
 
@@ -102,3 +103,16 @@ def test_impossible_constraints_are_refused():
             selector(Bank(0), budget=4.0).choose(5, budget=budget)
     with pytest.raises(InputError, match="'Tail'.*Pelvis"):
         selector(Bank(0), required=("Tail",))
+
+
+def test_certificates_speak_of_segments_as_of_sources():
+    """What was dropped is told; that exchanges do not help is said of the best of all only."""
+    sentences = [
+        Certificate(2.0, bound, 10, exhaustive, dropped).sentence
+        for bound in (0.0, 1.0) for exhaustive in (False, True) for dropped in (0, 2)
+    ]  # fmt: skip
+    for sentence in sentences:
+        assert "segment" not in sentence and "objective" not in sentence
+        told = ("but 2 better, left out" in sentence, "no exchange" in sentence)
+        assert told in {(True, False), (False, "exhaustive" not in sentence)}
+    assert "none is better by more than 50 %" in sentences[4]

@@ -60,6 +60,18 @@ def data_of(residuals: tuple[UserResidual, ...], user_data: tuple) -> tuple:
     return given
 
 
+def frame_step(time: np.ndarray, what: str) -> float:
+    """Interval between the frames (t,) [s] of a residual that is made for them.
+
+    Raises:
+        InputError: fewer than two frames.
+    """
+    frames = np.asarray(time)
+    if frames.ndim != 1 or len(frames) < 2:
+        raise InputError(f"{what}: time has shape {frames.shape}; it must hold two frames or more")
+    return float(frames[1] - frames[0])
+
+
 def mask_of(residual: UserResidual, frames: int) -> np.ndarray:
     """Weight (t,) of each window, by its first frame: zero where it leaves the sequence."""
     mask = np.ones(frames)

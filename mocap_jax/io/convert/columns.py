@@ -164,6 +164,8 @@ def _mapping(document: dict[str, Any], name: str) -> ColumnMapping:
     for key, value in (("root.truth", truth), ("header", header)):
         if not isinstance(value, bool):
             raise InputError(f"{name}: {key} must be true or false")
+    if "header" in document and document["format"] != "csv":
+        raise InputError(f"{name}: 'header' is for csv files; {document['format']} files have none")
     columns = {k: v for k, v in root.items() if k != "truth"}
     if root and len(columns) != 2:
         raise InputError(f"{name}: [root] needs position and orientation")

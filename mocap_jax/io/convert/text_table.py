@@ -75,7 +75,8 @@ def read_table(
         comment: what lines before and between rows begin with that are no data.
         delimiter: between cells; None finds out from the header (tab, semicolon, comma).
         header: a column that the header line must name; lines before it count as comments.
-        named: whether there is such a line; columns are called "1", "2", ... without.
+        named: whether there is such a line; columns are called "1", "2", ... without, as many as
+            the longest row has.
 
     Raises:
         InputError: missing, empty or binary file, no header, rows of different lengths (other
@@ -85,9 +86,9 @@ def read_table(
     at, comments = _header_line(path, lines, comment, header)
     text = lines[at]
     cut = delimiter or next((d for d in "\t;," if d in text), None)
-    names = tuple(_cells(text, cut))
     if not named:
-        names, at = tuple(str(i + 1) for i in range(len(names))), at - 1
+        at -= 1
+    names = tuple(_cells(text, cut)) if named else ()
     if len(set(names)) < len(names):
         if holds_numbers(names):
             raise unnamed(path)
@@ -98,7 +99,10 @@ def read_table(
         for number, line in enumerate(lines[at + 1 :], start=at + 2)
         if line.strip() and not (comment and line.startswith(comment))
     ]
-    rows, lost = _rows(path, names, body, cut)
+    says = f"the header names {len(names)}"
+    if not named:
+        names, says = _numbered(body, cut)
+    rows, lost = _rows(path, len(names), says, body, cut)
     if not rows:
         raise InputError(f"{path}: no rows of data after the header (line {at + 1})")
     return TextTable(path, names, rows, body[0][0], comments, lost)
@@ -159,10 +163,17 @@ def _cells(line: str, delimiter: str | None) -> list[str]:
     return cells
 
 
+def _numbered(body: list[tuple[int, str]], delimiter: str | None) -> tuple[tuple[str, ...], str]:
+    """Numbers for the columns of the longest row, and where it is, for messages."""
+    # Not the first row: its last cells may be empty.
+    width, negative = max((len(_cells(line, delimiter)), -number) for number, line in body)
+    return tuple(str(i + 1) for i in range(width)), f"line {-negative} has {width}"
+
+
 def _rows(
-    path: Path, names: tuple[str, ...], body: list[tuple[int, str]], delimiter: str | None
+    path: Path, width: int, says: str, body: list[tuple[int, str]], delimiter: str | None
 ) -> tuple[list[list[str]], tuple[str, ...]]:
-    rows, width = [], len(names)
+    rows: list[list[str]] = []
     for at, (number, line) in enumerate(body):
         cells = [c.strip().strip('"') for c in line.split(delimiter)]
         if len(cells) > width and not any(cells[width:]):
@@ -172,7 +183,5 @@ def _rows(
         elif at == len(body) - 1 and len(cells) < width and rows:
             return rows, (f"{path.name}: the last line ({number}) is truncated and left out.",)
         else:
-            raise InputError(
-                f"{path}: line {number} has {len(cells)} cells, the header names {width}"
-            )
+            raise InputError(f"{path}: line {number} has {len(cells)} cells, {says}")
     return rows, ()

@@ -69,6 +69,7 @@ def test_version_7_3(tmp_path):
         ("hip.R", "hop.R", "unknown variable 'hop'; valid: hip, info"),
         ("[3:6]", "[3:5]", r"has shape \(80, 2\), expected \(n, 3\) for gyroscope"),
         ('rate_hz = "info.rate"\n', "", "says neither time nor rate_hz"),
+        ('"mat"\n', '"mat"\nheader = false\n', "map.toml: 'header' is for csv files; mat files"),
     ],
 )
 def test_wrong_mappings_are_refused(tmp_path, old, new, words):

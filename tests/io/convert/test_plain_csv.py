@@ -180,3 +180,23 @@ def test_headers_may_be_numbers(tmp_path):
 def test_a_header_is_there_or_not(tmp_path):
     with pytest.raises(InputError, match="header must be true or false"):
         converted(bare(tmp_path, NUMBERED.replace("header = false", 'header = "no"')))
+
+
+def test_a_first_row_without_header_may_end_in_empty_cells(tmp_path):
+    """Orientations and magnetometers start later than the rest, as in many logs."""
+    file = bare(tmp_path, NUMBERED)
+    lines = [",".join(line.split()) for line in file.read_text().splitlines()]
+    lines[0] = ",".join(lines[0].split(",")[:7]) + 7 * ","
+    file.write_text("\n".join(lines))
+    motion, stream = known(100), converted(file).inertial["chest"]
+    np.testing.assert_allclose(stream.accelerometer, motion.force, atol=1e-7)
+    assert same_rotations(stream.orientation[1:], motion.orientation[1:])
+
+
+def test_ragged_rows_without_header_name_no_header(tmp_path):
+    file = bare(tmp_path, NUMBERED)
+    lines = file.read_text().splitlines()
+    lines[4] += "  7  8"
+    file.write_text("\n".join(lines))
+    with pytest.raises(InputError, match=r"bare.txt: line 2 has 14 cells, line 5 has 16$"):
+        converted(file)
