@@ -37,6 +37,15 @@ NOTE = (
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the verb."""
+    _add_sensors(parser)
+    _add_criterion(parser)
+    _add_constraints(parser)
+    _add_search(parser)
+    add_body_arguments(parser)
+
+
+def _add_sensors(parser: argparse.ArgumentParser) -> None:
+    """What for, where to, how many of which kind."""
     parser.add_argument(
         "motions", metavar="MOTION", nargs="+", help="what sensors should be good for"
     )
@@ -56,6 +65,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="ultrasonic sources for the best placement, chosen among the standard suit's: always "
         "by the mean squared error of joint centres over the mean of the motions",
     )  # fmt: skip
+
+
+def _add_criterion(parser: argparse.ArgumentParser) -> None:
+    """Which errors are made small."""
     parser.add_argument(
         "--quantity", default="position", metavar="NAME",
         help="errors of what: position (of joint centres; default) or orientation (of segments)",
@@ -73,6 +86,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--root", default="given", metavar="NAME", help="root pose: given (default) or free"
     )
+
+
+def _add_constraints(parser: argparse.ArgumentParser) -> None:
+    """What a placement must respect."""
     parser.add_argument("--symmetric", action="store_true", help="left and right alike")
     parser.add_argument(
         "--allow", metavar="SEGMENTS", help="segments that may carry one, separated by commas"
@@ -90,6 +107,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--distance", type=number_between(0, 1), default=0.05, metavar="M",
         help="least distance between two sensors (0.05)",
     )  # fmt: skip
+
+
+def _add_search(parser: argparse.ArgumentParser) -> None:
+    """How hard to search."""
     parser.add_argument(
         "--restarts", type=positive_count, default=3, metavar="N", help="starts (3)"
     )
@@ -102,7 +123,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="choices of segments (400)",
     )
     parser.add_argument("--seed", type=count, default=0, metavar="N", help="of random starts")
-    add_body_arguments(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -63,7 +63,8 @@ def _repeat(short: Path, path: Path, seconds: float) -> dict[str, float]:
     """A raw recording that plays another one over and over."""
     reader = RawReader(short)
     pulses = [pb.decode_pulse(p) for topic, p in reader.messages() if topic.startswith(PULSE)]
-    recording, sources = reader.recording(), reader.recording().setup.sources
+    recording = reader.recording()
+    sources = recording.setup.sources
     emission = np.array([stamp - reader.start_utc_ns for stamp, _ in pulses]) / 1e9
     source = np.array([sources.index(name) for _, name in pulses])
     length = sum(piece.shape[1] for piece in _pieces(short, reader.wires))
